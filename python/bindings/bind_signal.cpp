@@ -1,0 +1,11 @@
+#include "bindings.hpp"
+
+namespace py = pybind11;
+
+namespace sarfocus::python {
+
+void bind_signal(py::module_ m) {
+    (void)m;
+}
+
+}  // namespace sarfocus::python

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace sarfocus::python {
+
+void bind_core(pybind11::module_ m);
+void bind_geometry(pybind11::module_ m);
+void bind_signal(pybind11::module_ m);
+void bind_quality(pybind11::module_ m);
+void bind_detect(pybind11::module_ m);
+void bind_sim(pybind11::module_ m);
+void bind_focus(pybind11::module_ m);
+void bind_autofocus(pybind11::module_ m);
+
+}  // namespace sarfocus::python

@@ -1,0 +1,14 @@
+"""sarfocus: brings defocused synthetic aperture radar data into focus."""
+
+from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
+from ._core.geometry import ImageGrid, StripmapGeometry
+
+__all__ = [
+    "Cancelled",
+    "ImageGrid",
+    "MemoryEstimateError",
+    "NumericalError",
+    "ShapeError",
+    "StripmapGeometry",
+    "__version__",
+]
