@@ -27,9 +27,8 @@ Vector3 vector3(const py::object& object, const char* argument) {
 ImageGrid from_points(const py::object& xyz) {
     if (py::isinstance<py::array>(xyz) && py::reinterpret_borrow<py::array>(xyz).ndim() == 2) {
         const auto list = real_input<2>(xyz, "xyz");
-        return ImageGrid::from_points({list.view.data(),
-                                       {list.view.extent(0), 1, list.view.extent(1)},
-                                       {list.view.stride(0), 0, list.view.stride(1)}});
+        return ImageGrid::from_points(
+            {list.view.data(), {list.view.extent(0), 1, list.view.extent(1)}, {list.view.stride(0), 0, list.view.stride(1)}});
     }
     return ImageGrid::from_points(real_input<3>(xyz, "xyz").view);
 }
@@ -80,26 +79,30 @@ Raises
 ------
 ValueError, ShapeError
     A field that is not finite, not positive or does not fit the others.)")
-        .def(py::init(&stripmap_geometry), py::kw_only(), py::arg("wavelength"), py::arg("prf"), py::arg("velocity"), py::arg("slant_range"),
-             py::arg("doppler_bandwidth"), py::arg("doppler_centroid") = 0.0)
+        .def(py::init(&stripmap_geometry), py::kw_only(), py::arg("wavelength"), py::arg("prf"), py::arg("velocity"),
+             py::arg("slant_range"), py::arg("doppler_bandwidth"), py::arg("doppler_centroid") = 0.0)
         .def_readonly("wavelength", &StripmapGeometry::wavelength)
         .def_readonly("prf", &StripmapGeometry::prf)
         .def_readonly("velocity", &StripmapGeometry::velocity)
         .def_property_readonly("slant_range", [](const StripmapGeometry& g) { return to_numpy(g.slant_range); })
         .def_readonly("doppler_bandwidth", &StripmapGeometry::doppler_bandwidth)
         .def_readonly("doppler_centroid", &StripmapGeometry::doppler_centroid)
-        .def("fm_rate", [](const StripmapGeometry& g, std::size_t i) { return g.slant_range.at(i), g.fm_rate(i); }, py::arg("range_gate"),
-             "K = 2 v^2 / (lambda R), Hz/s, > 0 [Xie2023, eq. 1].")
-        .def("doppler_rate", [](const StripmapGeometry& g, std::size_t i) { return g.slant_range.at(i), g.doppler_rate(i); },
-             py::arg("range_gate"), "-K, Hz/s.")
-        .def("aperture_samples", [](const StripmapGeometry& g, std::size_t i) { return g.slant_range.at(i), g.aperture_samples(i); },
-             py::arg("range_gate"), "Length of the synthetic aperture, azimuth samples.");
+        .def(
+            "fm_rate", [](const StripmapGeometry& g, std::size_t i) { return g.slant_range.at(i), g.fm_rate(i); }, py::arg("range_gate"),
+            "K = 2 v^2 / (lambda R), Hz/s, > 0 [Xie2023, eq. 1].")
+        .def(
+            "doppler_rate", [](const StripmapGeometry& g, std::size_t i) { return g.slant_range.at(i), g.doppler_rate(i); },
+            py::arg("range_gate"), "-K, Hz/s.")
+        .def(
+            "aperture_samples", [](const StripmapGeometry& g, std::size_t i) { return g.slant_range.at(i), g.aperture_samples(i); },
+            py::arg("range_gate"), "Length of the synthetic aperture, azimuth samples.");
 
     py::class_<ImageGrid>(m, "ImageGrid", "Where the pixels of an image lie in space: [n_azimuth, n_range] positions in m.")
         .def_static(
             "plane",
             [](const py::object& origin, const py::object& azimuth_step, const py::object& range_step, Shape shape) {
-                return ImageGrid::plane(vector3(origin, "origin"), vector3(azimuth_step, "azimuth_step"), vector3(range_step, "range_step"), shape);
+                return ImageGrid::plane(vector3(origin, "origin"), vector3(azimuth_step, "azimuth_step"), vector3(range_step, "range_step"),
+                                        shape);
             },
             py::arg("origin"), py::arg("azimuth_step"), py::arg("range_step"), py::arg("shape"),
             "pixel (i, j) = origin + i * azimuth_step + j * range_step; vectors in m, shape (n_azimuth, n_range).")
@@ -108,8 +111,8 @@ ValueError, ShapeError
             [](const py::object& centre, const py::object& range_direction, const py::object& azimuth_direction, double range_start,
                double range_spacing, double angle_start, double angle_spacing, Shape shape) {
                 return ImageGrid::polar(vector3(centre, "centre"), vector3(range_direction, "range_direction"),
-                                        vector3(azimuth_direction, "azimuth_direction"), range_start, range_spacing, angle_start, angle_spacing,
-                                        shape);
+                                        vector3(azimuth_direction, "azimuth_direction"), range_start, range_spacing, angle_start,
+                                        angle_spacing, shape);
             },
             py::arg("centre"), py::arg("range_direction"), py::arg("azimuth_direction"), py::kw_only(), py::arg("range_start"),
             py::arg("range_spacing"), py::arg("angle_start"), py::arg("angle_spacing"), py::arg("shape"),
@@ -120,15 +123,19 @@ ValueError, ShapeError
         .def_property_readonly("kind",
                                [](const ImageGrid& g) {
                                    switch (g.kind()) {
-                                       case ImageGrid::Kind::plane: return "plane";
-                                       case ImageGrid::Kind::polar: return "polar";
-                                       case ImageGrid::Kind::points: break;
+                                       case ImageGrid::Kind::plane:
+                                           return "plane";
+                                       case ImageGrid::Kind::polar:
+                                           return "polar";
+                                       case ImageGrid::Kind::points:
+                                           break;
                                    }
                                    return "points";
                                })
         .def("position", &ImageGrid::position, py::arg("azimuth"), py::arg("range"), "(x, y, z) in m of a pixel, fractions allowed.")
         .def("positions", &positions, "All positions, float64 [n_azimuth, n_range, 3], m.")
-        .def("subgrid", &ImageGrid::subgrid, py::arg("begin"), py::arg("count"), "The part that starts at pixel `begin` and has shape `count`.");
+        .def("subgrid", &ImageGrid::subgrid, py::arg("begin"), py::arg("count"),
+             "The part that starts at pixel `begin` and has shape `count`.");
 }
 
 }  // namespace sarfocus::python

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 
-
 namespace sarfocus::python {
 namespace {
 
@@ -31,7 +30,8 @@ std::pair<std::uintptr_t, std::uintptr_t> memory_range(const py::array& array) {
 }  // namespace
 
 py::array require_array(const py::object& object, const char* argument, const py::dtype& dtype) {
-    const std::string expected = std::string(argument) + ": expected a NumPy array of dtype " + py::str(dtype.attr("name")).cast<std::string>() + ", got ";
+    const std::string expected =
+        std::string(argument) + ": expected a NumPy array of dtype " + py::str(dtype.attr("name")).cast<std::string>() + ", got ";
     if (!py::isinstance<py::array>(object)) throw py::type_error(expected + type_name(object));
     auto array = py::reinterpret_borrow<py::array>(object);
     if (!array.dtype().equal(dtype)) throw py::type_error(expected + py::str(array.dtype()).cast<std::string>());
@@ -57,7 +57,8 @@ void require_no_overlap(const py::array& a, const char* a_name, const py::array&
     if (a.size() == 0 || b.size() == 0) return;
     const auto [a_low, a_high] = memory_range(a);
     const auto [b_low, b_high] = memory_range(b);
-    if (a_low < b_high && b_low < a_high) throw ValueError(a_name, std::string("memory that does not overlap ") + b_name, "overlapping memory");
+    if (a_low < b_high && b_low < a_high)
+        throw ValueError(a_name, std::string("memory that does not overlap ") + b_name, "overlapping memory");
 }
 
 Execution execution(int threads, const py::object& progress) {
@@ -66,7 +67,8 @@ Execution execution(int threads, const py::object& progress) {
     Execution out;
     out.threads = threads;
     (void)resolve_threads(threads);
-    // The caller's stack keeps `progress` alive as long as the computation runs: a raw handle needs no reference count changed without the GIL.
+    // The caller's stack keeps `progress` alive as long as the computation runs: a raw handle needs no reference count changed without the
+    // GIL.
     const PyObject* callback = progress.is_none() ? nullptr : progress.ptr();
     out.progress = [callback](const ProgressUpdate& update) {
         const py::gil_scoped_acquire gil;

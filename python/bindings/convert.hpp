@@ -5,6 +5,7 @@
 #include <array>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/core/execution.hpp>
 
@@ -84,6 +86,9 @@ template <class T, std::size_t N>
 Output<T, N> output(const py::object& out, const std::array<std::ptrdiff_t, N>& extents, const py::array* source = nullptr) {
     py::array array;
     if (out.is_none()) {
+        std::uint64_t bytes = sizeof(T);
+        for (const std::ptrdiff_t e : extents) bytes *= static_cast<std::uint64_t>(e);
+        require_memory(bytes, "the result");
         array = py::array_t<T>(std::vector<py::ssize_t>(extents.begin(), extents.end()));
     } else {
         array = require_array(out, "out", py::dtype::of<T>());

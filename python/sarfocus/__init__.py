@@ -1,6 +1,7 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
+from ._core.focus import backproject, backproject_histories, project
 from ._core.geometry import ImageGrid, StripmapGeometry
 
 __all__ = [
@@ -11,4 +12,7 @@ __all__ = [
     "ShapeError",
     "StripmapGeometry",
     "__version__",
+    "backproject",
+    "backproject_histories",
+    "project",
 ]

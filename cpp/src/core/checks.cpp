@@ -26,7 +26,8 @@ bool finite_value(const std::complex<T>& x) {
 
 template <class T>
 std::string value_text(const std::complex<T>& x) {
-    return number_text(static_cast<double>(x.real())) + (std::signbit(x.imag()) ? "" : "+") + number_text(static_cast<double>(x.imag())) + "j";
+    return number_text(static_cast<double>(x.real())) + (std::signbit(x.imag()) ? "" : "+") + number_text(static_cast<double>(x.imag())) +
+           "j";
 }
 std::string value_text(double x) {
     return number_text(x);

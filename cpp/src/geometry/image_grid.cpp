@@ -21,14 +21,16 @@ void require_shape(std::array<std::ptrdiff_t, 2> shape) {
 
 ImageGrid::ImageGrid(Kind kind, std::array<std::ptrdiff_t, 2> shape) : kind_(kind), shape_(shape) {}
 
-ImageGrid ImageGrid::plane(const Vector3& origin, const Vector3& azimuth_step, const Vector3& range_step, std::array<std::ptrdiff_t, 2> shape) {
+ImageGrid ImageGrid::plane(const Vector3& origin, const Vector3& azimuth_step, const Vector3& range_step,
+                           std::array<std::ptrdiff_t, 2> shape) {
     require_shape(shape);
     require_finite_vector(origin, "origin");
     require_finite_vector(azimuth_step, "azimuth_step");
     require_finite_vector(range_step, "range_step");
     const double area = norm(cross(azimuth_step, range_step));
     if (!(area > 1e-9 * norm(azimuth_step) * norm(range_step)))
-        throw ValueError("azimuth_step, range_step", "two vectors that are neither zero nor parallel", "a parallelogram of area " + number_text(area));
+        throw ValueError("azimuth_step, range_step", "two vectors that are neither zero nor parallel",
+                         "a parallelogram of area " + number_text(area));
     ImageGrid grid(Kind::plane, shape);
     grid.vectors_ = {origin, azimuth_step, range_step};
     return grid;
@@ -67,8 +69,8 @@ ImageGrid ImageGrid::from_points(const ArrayView<const double, 3>& xyz) {
             for (std::ptrdiff_t d = 0; d < 3; ++d) {
                 const double value = xyz(i, j, d);
                 if (!std::isfinite(value))
-                    throw NumericalError("xyz: expected finite coordinates, got " + number_text(value) + " at [" + std::to_string(i) + ", " +
-                                         std::to_string(j) + ", " + std::to_string(d) + "]");
+                    throw NumericalError("xyz: expected finite coordinates, got " + number_text(value) + " at [" + std::to_string(i) +
+                                         ", " + std::to_string(j) + ", " + std::to_string(d) + "]");
                 grid.points_[k++] = value;
             }
     return grid;
@@ -120,7 +122,8 @@ ImageGrid ImageGrid::subgrid(std::array<std::ptrdiff_t, 2> begin, std::array<std
     if (kind_ == Kind::points) {
         grid.points_.resize(static_cast<std::size_t>(3 * count[0] * count[1]));
         for (std::ptrdiff_t row = 0; row < count[0]; ++row)
-            std::copy_n(points_.data() + 3 * ((begin[0] + row) * shape_[1] + begin[1]), 3 * count[1], grid.points_.data() + 3 * row * count[1]);
+            std::copy_n(points_.data() + 3 * ((begin[0] + row) * shape_[1] + begin[1]), 3 * count[1],
+                        grid.points_.data() + 3 * row * count[1]);
     }
     return grid;
 }

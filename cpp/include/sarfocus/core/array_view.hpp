@@ -34,8 +34,7 @@ public:
     /// A writable view may be read through; the other direction does not compile.
     template <class U>
         requires(std::is_same_v<const U, T> && !std::is_same_v<U, T>)
-    constexpr ArrayView(const ArrayView<U, N>& other)
-        : data_(other.data()), extents_(other.extents()), strides_(other.strides()) {}
+    constexpr ArrayView(const ArrayView<U, N>& other) : data_(other.data()), extents_(other.extents()), strides_(other.strides()) {}
 
     [[nodiscard]] constexpr T* data() const { return data_; }
     [[nodiscard]] constexpr const extents_type& extents() const { return extents_; }

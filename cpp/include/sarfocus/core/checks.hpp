@@ -21,7 +21,8 @@ void require_not_empty(const ArrayView<T, N>& view, const char* argument) {
 template <class T, class U, std::size_t N>
 void require_same_shape(const ArrayView<T, N>& view, const char* argument, const ArrayView<U, N>& other, const char* other_argument) {
     if (view.extents() != other.extents())
-        throw ShapeError(argument, "the shape of " + std::string(other_argument) + " " + shape_text(other.extents()), shape_text(view.extents()));
+        throw ShapeError(argument, "the shape of " + std::string(other_argument) + " " + shape_text(other.extents()),
+                         shape_text(view.extents()));
 }
 
 /// Throws NumericalError naming the position of the first NaN or infinity (in index order, whatever the number of threads).

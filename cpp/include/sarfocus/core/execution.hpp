@@ -13,9 +13,9 @@ namespace sarfocus {
 
 /// What a progress callback is told.
 struct ProgressUpdate {
-    const char* phase = "";    ///< what is being done: "backproject", "estimate", …
-    std::int64_t done = 0;     ///< units of work finished
-    std::int64_t total = 0;    ///< units of work altogether
+    const char* phase = "";  ///< what is being done: "backproject", "estimate", …
+    std::int64_t done = 0;   ///< units of work finished
+    std::int64_t total = 0;  ///< units of work altogether
 };
 
 /// Called on the calling thread, at most about twenty times a second. Return false to stop the computation (Cancelled is thrown);

@@ -18,7 +18,8 @@ public:
 
     /// pixel (i, j) = origin + i * azimuth_step + j * range_step; all vectors in m.
     /// Throws ValueError where a step is zero or the two are parallel, ShapeError where the shape is empty.
-    static ImageGrid plane(const Vector3& origin, const Vector3& azimuth_step, const Vector3& range_step, std::array<std::ptrdiff_t, 2> shape);
+    static ImageGrid plane(const Vector3& origin, const Vector3& azimuth_step, const Vector3& range_step,
+                           std::array<std::ptrdiff_t, 2> shape);
 
     /// pixel (i, j) = centre + r * (cos(a) * range_direction + sin(a) * azimuth_direction),
     /// r = range_start + j * range_spacing (m), a = angle_start + i * angle_spacing (rad). The directions are made orthonormal.

@@ -9,12 +9,12 @@ namespace sarfocus::geometry {
 
 /// A straight, constant-speed stripmap collection as seen by azimuth processing.
 struct StripmapGeometry {
-    double wavelength = 0.0;             ///< m
-    double prf = 0.0;                    ///< Hz, azimuth sampling rate
-    double velocity = 0.0;               ///< m/s, effective velocity
-    std::vector<double> slant_range;     ///< m, of every range gate, [n_range]
-    double doppler_bandwidth = 0.0;      ///< Hz, processed
-    double doppler_centroid = 0.0;       ///< Hz
+    double wavelength = 0.0;          ///< m
+    double prf = 0.0;                 ///< Hz, azimuth sampling rate
+    double velocity = 0.0;            ///< m/s, effective velocity
+    std::vector<double> slant_range;  ///< m, of every range gate, [n_range]
+    double doppler_bandwidth = 0.0;   ///< Hz, processed
+    double doppler_centroid = 0.0;    ///< Hz
 
     /// Throws ValueError naming the field.
     SARFOCUS_API void validate() const;

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+
+#include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/execution.hpp>
+#include <sarfocus/core/export.hpp>
+#include <sarfocus/geometry/image_grid.hpp>
+#include <sarfocus/geometry/phase_centres.hpp>
+
+namespace sarfocus::focus {
+
+/// Range-compressed echoes with the carrier phase kept: a scatterer at range R contributes exp(-4j pi R / wavelength) times the
+/// pulse response centred at R. Views, owned by the caller.
+struct RangeProfiles {
+    ImageView data;                          ///< [n_pulse, n_range], at or above the Nyquist rate of the pulse's bandwidth
+    ArrayView<const double, 1> range_start;  ///< m, range of sample 0: one value for all pulses, or [n_pulse]
+    double range_spacing = 0.0;              ///< m
+    double wavelength = 0.0;                 ///< m
+
+    [[nodiscard]] double first_range(std::ptrdiff_t pulse) const {
+        return range_start.extent(0) == 1 ? range_start(0) : range_start(pulse);
+    }
+    /// Shapes, signs, NaN. Throws ShapeError, ValueError, NumericalError.
+    SARFOCUS_API void validate(int threads = 0) const;
+};
+
+/// Between the samples a profile is the trigonometric interpolant of the zero-padded record, evaluated by a cubic in each half
+/// sample (the Legendre expansion of every spectral component). Error against the interpolant itself: -68 dB for a critically sampled
+/// profile, -75 dB where the sampling rate is 1.2 times the bandwidth. Outside the record a profile is zero.
+struct BackprojectOptions {
+    Execution execution;
+};
+
+/// Exact backprojection [methods: B(p) = sum over pulses of s(pulse, R(p)) exp(+4j pi R(p) / wavelength)], any grid, mono- or bistatic.
+/// Ranges in float64, samples in float32; every pixel sums its pulses in the same order whatever the number of threads.
+///
+/// image: [grid.shape], overwritten. Throws ShapeError, ValueError (no pixel of the grid within the recorded ranges),
+/// NumericalError (NaN or infinity in the data), MemoryEstimateError, Cancelled.
+SARFOCUS_API void backproject(const RangeProfiles& profiles, const geometry::PhaseCentres& centres, const geometry::ImageGrid& grid,
+                              MutableImageView image, const BackprojectOptions& options = {});
+
+/// The terms of that sum, one by one: the dechirped history of every point.
+/// points: [n_point, 3] m; histories: [n_point, n_pulse], overwritten; zero where a pulse did not record the point.
+SARFOCUS_API void backproject_histories(const RangeProfiles& profiles, const geometry::PhaseCentres& centres,
+                                        const ArrayView<const double, 2>& points, MutableImageView histories,
+                                        const BackprojectOptions& options = {});
+
+/// The adjoint of `backproject`: <backproject(x), y> = <x, project(y)> to rounding. Echo of a scene, up to the pulse's spectrum.
+/// scene: [grid.shape]; profiles.data gives the extents only; data: [n_pulse, n_range], overwritten.
+SARFOCUS_API void project(const ImageView& scene, const geometry::ImageGrid& grid, const geometry::PhaseCentres& centres,
+                          const RangeProfiles& profiles, MutableImageView data, const BackprojectOptions& options = {});
+
+}  // namespace sarfocus::focus

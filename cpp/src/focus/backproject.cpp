@@ -1,0 +1,269 @@
+#include <sarfocus/focus/backproject.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <omp.h>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+
+#include "backproject_kernel.hpp"
+#include "range_profile_table.hpp"
+
+namespace sarfocus::focus {
+namespace {
+
+using detail::PixelBlock;
+using detail::PulseTable;
+using detail::RangeProfileTable;
+using geometry::ImageGrid;
+using geometry::PhaseCentres;
+
+constexpr std::ptrdiff_t pulses_per_block = 64;  // their tables stay in the shared cache while all rows pass over them
+
+PulseTable pulse_table(const RangeProfiles& profiles, const PhaseCentres& centres, const RangeProfileTable& builder, std::ptrdiff_t pulse,
+                       const float* bins) {
+    const Vector3 tx = centres.tx(pulse);
+    const Vector3 rx = centres.rx(pulse);
+    return {bins,
+            builder.n_bin(),
+            profiles.first_range(pulse),
+            RangeProfileTable::upsample / profiles.range_spacing,
+            {tx[0], tx[1], tx[2]},
+            {rx[0], rx[1], rx[2]}};
+}
+
+void load_pixels(const double* xyz, std::ptrdiff_t count, PixelBlock& block) {
+    block.count = count;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        block.x[i] = xyz[3 * i];
+        block.y[i] = xyz[3 * i + 1];
+        block.z[i] = xyz[3 * i + 2];
+    }
+}
+
+// A grid on the wrong side of the track, or at the wrong place altogether, would give an image of zeros without a word.
+void require_recorded(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid) {
+    const auto shape = grid.shape();
+    const double length = static_cast<double>(profiles.data.extent(1) - 1) * profiles.range_spacing;
+    double nearest = std::numeric_limits<double>::infinity();
+    double farthest = 0.0;
+    for (const std::ptrdiff_t pulse : {std::ptrdiff_t{0}, centres.n_pulse() / 2, centres.n_pulse() - 1}) {
+        const double first = profiles.first_range(pulse);
+        for (int a = 0; a <= 16; ++a)
+            for (int r = 0; r <= 16; ++r) {
+                const double range = centres.range(pulse, grid.position(std::round(a / 16.0 * static_cast<double>(shape[0] - 1)),
+                                                                        std::round(r / 16.0 * static_cast<double>(shape[1] - 1))));
+                if (range >= first && range <= first + length) return;
+                nearest = std::min(nearest, range);
+                farthest = std::max(farthest, range);
+            }
+    }
+    const double first = profiles.first_range(centres.n_pulse() / 2);
+    if (farthest > first && nearest < first + length) return;  // a swath narrower than the steps of this check
+    throw ValueError("grid", "pixels within the recorded ranges of " + number_text(first) + " to " + number_text(first + length) + " m",
+                     "a grid " + number_text(nearest) + " to " + number_text(farthest) + " m away");
+}
+
+void check(const RangeProfiles& profiles, const PhaseCentres& centres, const BackprojectOptions& options) {
+    profiles.validate(options.execution.threads);
+    centres.validate(profiles.data.extent(0));
+}
+
+// What one thread works on; all of it is allocated before the parallel region, in which nothing may throw.
+struct ThreadMemory {
+    RangeProfileTable::Workspace workspace;
+    Array<float, 1> table;
+    std::vector<double> xyz;
+    PixelBlock pixels;
+    alignas(64) float re[PixelBlock::capacity];
+    alignas(64) float im[PixelBlock::capacity];
+    alignas(64) float offset[PixelBlock::capacity];
+    alignas(64) std::int32_t bin[PixelBlock::capacity];
+
+    ThreadMemory(const RangeProfileTable& builder, std::ptrdiff_t columns)
+        : workspace(builder), table({builder.floats()}), xyz(static_cast<std::size_t>(3 * columns)) {}
+
+    void clear_sums() {
+        std::fill_n(re, pixels.count, 0.0f);
+        std::fill_n(im, pixels.count, 0.0f);
+    }
+};
+
+// The adjoint of evaluating a bin's cubic at offset x.
+void spread(cfloat value, float x, float* entry) {
+    for (int d = 0; d <= RangeProfileTable::degree; ++d, value *= x) {
+        entry[2 * d] += value.real();
+        entry[2 * d + 1] += value.imag();
+    }
+}
+
+std::vector<std::unique_ptr<ThreadMemory>> thread_memory(int threads, const RangeProfileTable& builder, std::ptrdiff_t columns) {
+    std::vector<std::unique_ptr<ThreadMemory>> out;
+    for (int t = 0; t < threads; ++t) out.push_back(std::make_unique<ThreadMemory>(builder, columns));
+    return out;
+}
+
+}  // namespace
+
+void RangeProfiles::validate(int threads) const {
+    require_not_empty(data, "data");
+    require_positive(range_spacing, "range_spacing");
+    require_positive(wavelength, "wavelength");
+    if (range_start.extent(0) != 1 && range_start.extent(0) != data.extent(0))
+        throw ShapeError("range_start", "one value or " + std::to_string(data.extent(0)) + ", one for each pulse",
+                         shape_text(range_start.extents()));
+    sarfocus::require_finite(range_start, "range_start");
+    sarfocus::require_finite(data, "data", threads);
+}
+
+void backproject(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, MutableImageView image,
+                 const BackprojectOptions& options) {
+    check(profiles, centres, options);
+    if (image.extents() != grid.shape())
+        throw ShapeError("image", "the shape of the grid " + shape_text(grid.shape()), shape_text(image.extents()));
+    require_recorded(profiles, centres, grid);
+
+    const detail::Kernels& kernels = detail::select_kernels();
+    const RangeProfileTable builder(profiles.data.extent(1));
+    const std::ptrdiff_t n_pulse = centres.n_pulse();
+    const std::ptrdiff_t rows = grid.shape()[0];
+    const std::ptrdiff_t columns = grid.shape()[1];
+    const int threads = resolve_threads(options.execution.threads);
+    const double cycles_per_metre = 2.0 / profiles.wavelength;
+    const bool monostatic = centres.monostatic();
+    const std::ptrdiff_t block_pulses = std::min(pulses_per_block, n_pulse);
+    const std::ptrdiff_t table_floats = builder.floats() + 16;  // not a power of two: the tables of a block do not share cache sets
+    require_memory(static_cast<std::uint64_t>(block_pulses * table_floats) * sizeof(float), "profile tables of backproject");
+    Array<float, 1> tables({block_pulses * table_floats});
+    std::vector<PulseTable> pulses(static_cast<std::size_t>(block_pulses));
+
+    const auto memory = thread_memory(threads, builder, columns);
+
+    Monitor monitor(options.execution, "backproject", n_pulse * rows);
+    for (std::ptrdiff_t begin = 0; begin < n_pulse && !monitor.stopped(); begin += block_pulses) {
+        const std::ptrdiff_t count = std::min(block_pulses, n_pulse - begin);
+#pragma omp parallel num_threads(threads) if (threads > 1)
+        {
+            ThreadMemory& own = *memory[static_cast<std::size_t>(omp_get_thread_num())];
+#pragma omp for schedule(static)
+            for (std::ptrdiff_t p = 0; p < count; ++p) {
+                float* table = tables.data() + p * table_floats;
+                builder.build(profiles.data.row(begin + p), table, own.workspace);
+                pulses[static_cast<std::size_t>(p)] = pulse_table(profiles, centres, builder, begin + p, table);
+            }
+#pragma omp for schedule(dynamic)
+            for (std::ptrdiff_t i = 0; i < rows; ++i) {
+                if (monitor.stopped()) continue;
+                grid.row_positions(i, own.xyz.data());
+                for (std::ptrdiff_t j = 0; j < columns; j += PixelBlock::capacity) {
+                    load_pixels(own.xyz.data() + 3 * j, std::min(PixelBlock::capacity, columns - j), own.pixels);
+                    own.clear_sums();
+                    for (std::ptrdiff_t p = 0; p < count; ++p)
+                        kernels.gather(pulses[static_cast<std::size_t>(p)], own.pixels, cycles_per_metre, monostatic, own.re, own.im);
+                    for (std::ptrdiff_t k = 0; k < own.pixels.count; ++k) {
+                        cfloat& pixel = image(i, j + k);
+                        pixel = (begin == 0 ? cfloat{} : pixel) + cfloat(own.re[k], own.im[k]);
+                    }
+                }
+                monitor.advance(count);
+            }
+        }
+    }
+    monitor.finish();
+}
+
+void backproject_histories(const RangeProfiles& profiles, const PhaseCentres& centres, const ArrayView<const double, 2>& points,
+                           MutableImageView histories, const BackprojectOptions& options) {
+    check(profiles, centres, options);
+    require_not_empty(points, "points");
+    if (points.extent(1) != 3) throw ShapeError("points", "(n_point, 3)", shape_text(points.extents()));
+    require_finite(points, "points");
+    const std::ptrdiff_t n_point = points.extent(0);
+    const std::ptrdiff_t n_pulse = centres.n_pulse();
+    if (histories.extents() != std::array<std::ptrdiff_t, 2>{n_point, n_pulse})
+        throw ShapeError("histories", shape_text(std::array<std::ptrdiff_t, 2>{n_point, n_pulse}), shape_text(histories.extents()));
+
+    const detail::Kernels& kernels = detail::select_kernels();
+    const RangeProfileTable builder(profiles.data.extent(1));
+    const double cycles_per_metre = 2.0 / profiles.wavelength;
+    const bool monostatic = centres.monostatic();
+    const int threads = resolve_threads(options.execution.threads);
+    Monitor monitor(options.execution, "backproject histories", n_pulse);
+    const auto memory = thread_memory(threads, builder, 0);
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
+    for (std::ptrdiff_t p = 0; p < n_pulse; ++p) {
+        if (monitor.stopped()) continue;
+        ThreadMemory& own = *memory[static_cast<std::size_t>(omp_get_thread_num())];
+        builder.build(profiles.data.row(p), own.table.data(), own.workspace);
+        const PulseTable pulse = pulse_table(profiles, centres, builder, p, own.table.data());
+        for (std::ptrdiff_t begin = 0; begin < n_point; begin += PixelBlock::capacity) {
+            PixelBlock& pixels = own.pixels;
+            pixels.count = std::min(PixelBlock::capacity, n_point - begin);
+            for (std::ptrdiff_t k = 0; k < pixels.count; ++k) {
+                pixels.x[k] = points(begin + k, 0);
+                pixels.y[k] = points(begin + k, 1);
+                pixels.z[k] = points(begin + k, 2);
+            }
+            own.clear_sums();
+            kernels.gather(pulse, pixels, cycles_per_metre, monostatic, own.re, own.im);
+            for (std::ptrdiff_t k = 0; k < pixels.count; ++k) histories(begin + k, p) = {own.re[k], own.im[k]};
+        }
+        monitor.advance();
+    }
+    monitor.finish();
+}
+
+void project(const ImageView& scene, const ImageGrid& grid, const PhaseCentres& centres, const RangeProfiles& profiles,
+             MutableImageView data, const BackprojectOptions& options) {
+    centres.validate(data.extent(0));
+    require_not_empty(data, "data");
+    require_positive(profiles.range_spacing, "range_spacing");
+    require_positive(profiles.wavelength, "wavelength");
+    if (profiles.range_start.extent(0) != 1 && profiles.range_start.extent(0) != data.extent(0))
+        throw ShapeError("range_start", "one value or one for each pulse", shape_text(profiles.range_start.extents()));
+    require_finite(profiles.range_start, "range_start");
+    if (scene.extents() != grid.shape())
+        throw ShapeError("scene", "the shape of the grid " + shape_text(grid.shape()), shape_text(scene.extents()));
+    require_finite(scene, "scene", options.execution.threads);
+
+    const detail::Kernels& kernels = detail::select_kernels();
+    const RangeProfileTable builder(data.extent(1));
+    const double cycles_per_metre = 2.0 / profiles.wavelength;
+    const bool monostatic = centres.monostatic();
+    const std::ptrdiff_t n_pulse = centres.n_pulse();
+    const std::ptrdiff_t rows = grid.shape()[0];
+    const std::ptrdiff_t columns = grid.shape()[1];
+    const int threads = resolve_threads(options.execution.threads);
+    Monitor monitor(options.execution, "project", n_pulse);
+    const auto memory = thread_memory(threads, builder, columns);
+#pragma omp parallel for schedule(dynamic) num_threads(threads) if (threads > 1)
+    for (std::ptrdiff_t p = 0; p < n_pulse; ++p) {
+        if (monitor.stopped()) continue;
+        ThreadMemory& own = *memory[static_cast<std::size_t>(omp_get_thread_num())];
+        std::fill(own.table.begin(), own.table.end(), 0.0f);
+        const PulseTable pulse = pulse_table(profiles, centres, builder, p, own.table.data());
+        for (std::ptrdiff_t i = 0; i < rows; ++i) {
+            grid.row_positions(i, own.xyz.data());
+            for (std::ptrdiff_t j = 0; j < columns; j += PixelBlock::capacity) {
+                load_pixels(own.xyz.data() + 3 * j, std::min(PixelBlock::capacity, columns - j), own.pixels);
+                kernels.locate(pulse, own.pixels, cycles_per_metre, monostatic, own.bin, own.offset, own.re, own.im);
+                for (std::ptrdiff_t k = 0; k < own.pixels.count; ++k)
+                    spread(scene(i, j + k) * cfloat(own.re[k], own.im[k]), own.offset[k],
+                           own.table.data() + static_cast<std::ptrdiff_t>(own.bin[k]) * RangeProfileTable::floats_per_bin);
+            }
+        }
+        builder.build_adjoint(own.table.data(), data.row(p), own.workspace);
+        monitor.advance();
+    }
+    monitor.finish();
+}
+
+}  // namespace sarfocus::focus
