@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -52,6 +53,12 @@ py::array_t<double> positions(const ImageGrid& grid) {
     const auto shape = grid.shape();
     py::array_t<double> out({shape[0], shape[1], static_cast<std::ptrdiff_t>(3)});
     for (std::ptrdiff_t i = 0; i < shape[0]; ++i) grid.row_positions(i, out.mutable_data(i, 0, 0));
+    return out;
+}
+
+py::array_t<double> vectors(const ImageGrid& grid) {
+    py::array_t<double> out({3, 3});
+    for (std::size_t i = 0; i < 3; ++i) std::copy_n(grid.vectors()[i].data(), 3, out.mutable_data(static_cast<py::ssize_t>(i), 0));
     return out;
 }
 
@@ -133,6 +140,12 @@ ValueError, ShapeError
                                    return "points";
                                })
         .def("position", &ImageGrid::position, py::arg("azimuth"), py::arg("range"), "(x, y, z) in m of a pixel, fractions allowed.")
+        .def_property_readonly(
+            "vectors", &vectors,
+            "float64 [3, 3], m; plane: origin, azimuth_step, range_step; polar: centre, range_direction, azimuth_direction.")
+        .def_property_readonly(
+            "polar_axes", [](const ImageGrid& g) { return py::array_t<double>(4, g.polar_axes().data()); },
+            "float64 [4]; polar: range_start, range_spacing (m), angle_start, angle_spacing (rad); zero for other grids.")
         .def("positions", &positions, "All positions, float64 [n_azimuth, n_range, 3], m.")
         .def("subgrid", &ImageGrid::subgrid, py::arg("begin"), py::arg("count"),
              "The part that starts at pixel `begin` and has shape `count`.");
