@@ -11,6 +11,7 @@ void bind_quality(pybind11::module_ m);
 void bind_detect(pybind11::module_ m);
 void bind_sim(pybind11::module_ m);
 void bind_focus(pybind11::module_ m);
+void bind_compress(pybind11::module_ m);
 void bind_autofocus(pybind11::module_ m);
 
 }  // namespace sarfocus::python

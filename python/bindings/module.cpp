@@ -11,6 +11,8 @@ PYBIND11_MODULE(_core, m) {
     bind_quality(m.def_submodule("quality", "Measures of focus."));
     bind_detect(m.def_submodule("detect", "Strong points and range gates."));
     bind_sim(m.def_submodule("sim", "Simulated echoes: the forward model, independent of the image formation."));
-    bind_focus(m.def_submodule("focus", "Image formation."));
+    pybind11::module_ focus = m.def_submodule("focus", "Image formation.");
+    bind_focus(focus);
+    bind_compress(focus);
     bind_autofocus(m.def_submodule("autofocus", "Phase error estimation and correction."));
 }

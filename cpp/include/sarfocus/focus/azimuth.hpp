@@ -1,0 +1,33 @@
+#pragma once
+
+#include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/execution.hpp>
+#include <sarfocus/core/export.hpp>
+#include <sarfocus/geometry/stripmap_geometry.hpp>
+
+namespace sarfocus::focus {
+
+struct AzimuthOptions {
+    Execution execution;
+};
+
+/// Azimuth compression of a strip of range-compressed, migration-corrected data: the azimuth spectrum of every range gate is multiplied by
+/// exp(-j pi (f - fdc)^2 / K), K = 2 v^2 / (lambda R) of that gate [Xie2023, eq. 1], fdc the Doppler centroid. f is the one of the aliases
+/// of the bin's frequency that lies in [fdc - prf/2, fdc + prf/2). A target is imaged at the time at which its Doppler frequency is
+/// fdc (the beam centre), not at zero Doppler. The transform is circular along azimuth and, phase-only, unitary: it keeps the energy, and
+/// azimuth_decompress is its inverse and its adjoint.
+///
+/// raw, image: [n_azimuth, n_range] with one range gate for each geometry.slant_range; any strides. `image` may be the same view as
+/// `raw` (in place); other overlap is not allowed. Single-precision transforms: decompress(compress(x)) differs from x by less than 1e-6
+/// of its root mean square. Bits do not depend on threads or strides. Beyond its arguments it needs about 1 MiB a thread, or eight
+/// range gates where they are longer.
+/// Throws ValueError (geometry), ShapeError, NumericalError (NaN or infinity, with its position; `image` is then partly written),
+/// Cancelled.
+SARFOCUS_API void azimuth_compress(const ImageView& raw, const geometry::StripmapGeometry& geometry, const MutableImageView& image,
+                                   const AzimuthOptions& options = {});
+
+/// The inverse: the spectrum times exp(+j pi (f - fdc)^2 / K). As azimuth_compress in everything else.
+SARFOCUS_API void azimuth_decompress(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& raw,
+                                     const AzimuthOptions& options = {});
+
+}  // namespace sarfocus::focus

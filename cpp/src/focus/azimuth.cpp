@@ -1,0 +1,146 @@
+#include <sarfocus/focus/azimuth.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <omp.h>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/fft/plan.hpp>
+
+#include "core/multiversion.hpp"
+#include "signal/phasor.hpp"
+
+namespace sarfocus::focus {
+namespace {
+
+using geometry::StripmapGeometry;
+
+// A block of gates stays in the second-level cache from load to store; eight complex64 gates are one cache line of a row-major image.
+constexpr std::ptrdiff_t block_bytes = 1 << 20;
+constexpr std::ptrdiff_t gates_of_a_line = 8;
+constexpr std::ptrdiff_t rows_of_a_tile = 64;
+constexpr std::ptrdiff_t piece = 256;
+
+// (f - fdc)^2 of every bin, Hz^2.
+std::vector<double> squared_frequencies(const StripmapGeometry& geometry, std::ptrdiff_t n) {
+    std::vector<double> out(static_cast<std::size_t>(n));
+    const double centroid = geometry.doppler_centroid / geometry.prf;
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+        const double cycles = static_cast<double>(k) / static_cast<double>(n) - centroid;
+        const double offset = geometry.prf * (cycles - std::floor(cycles + 0.5));
+        out[static_cast<std::size_t>(k)] = offset * offset;
+    }
+    return out;
+}
+
+// spectrum[k] *= scale * exp(2j pi rate f2[k]).
+SARFOCUS_MULTIVERSION void apply_phase(cfloat* spectrum, const double* f2, std::ptrdiff_t n, double rate, float scale) {
+    float real[piece];
+    float imag[piece];
+    for (std::ptrdiff_t begin = 0; begin < n; begin += piece) {
+        const std::ptrdiff_t count = std::min(piece, n - begin);
+        for (std::ptrdiff_t k = 0; k < count; ++k) signal::detail::unit_phasor(rate * f2[begin + k], real[k], imag[k]);
+        auto* x = reinterpret_cast<float*>(spectrum + begin);
+        for (std::ptrdiff_t k = 0; k < count; ++k) {
+            const float a = scale * x[2 * k];
+            const float b = scale * x[2 * k + 1];
+            x[2 * k] = a * real[k] - b * imag[k];
+            x[2 * k + 1] = a * imag[k] + b * real[k];
+        }
+    }
+}
+
+class GateBlock {
+public:
+    GateBlock(std::ptrdiff_t gates, std::ptrdiff_t n) : n_(n), pitch_((n + 7) / 8 * 8 + 8), memory_({gates * pitch_}) {}
+
+    [[nodiscard]] cfloat* gate(std::ptrdiff_t g) { return memory_.data() + g * pitch_; }
+
+    void load(const ImageView& from) {
+        walk(from, [this](const cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { gate(g)[i] = value; });
+    }
+    void store(const MutableImageView& to) {
+        walk(to, [this](cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { value = gate(g)[i]; });
+    }
+
+private:
+    // Tiles: neither side's cache lines are left before all of their samples have been moved.
+    template <class View, class Move>
+    void walk(const View& image, const Move& move) {
+        const std::ptrdiff_t tile = image.stride(0) == 1 ? n_ : rows_of_a_tile;
+        for (std::ptrdiff_t begin = 0; begin < n_; begin += tile)
+            for (std::ptrdiff_t g = 0; g < image.extent(1); ++g)
+                for (std::ptrdiff_t i = begin; i < std::min(begin + tile, n_); ++i) move(image(i, g), i, g);
+    }
+
+    std::ptrdiff_t n_;
+    std::ptrdiff_t pitch_;
+    Array<cfloat, 1> memory_;
+};
+
+std::ptrdiff_t gates_of_a_block(std::ptrdiff_t n) {
+    const std::ptrdiff_t fitting = block_bytes / (static_cast<std::ptrdiff_t>(sizeof(cfloat)) * n);
+    return std::clamp(fitting / gates_of_a_line * gates_of_a_line, gates_of_a_line, 8 * gates_of_a_line);
+}
+
+// The transform of either sense; sign: that of the phase.
+void transform(const ImageView& from, const char* from_name, const StripmapGeometry& geometry, const MutableImageView& to,
+               const char* to_name, double sign, const char* phase, const Execution& execution) {
+    geometry.validate();
+    require_not_empty(from, from_name);
+    require_same_shape(to, to_name, from, from_name);
+    const std::ptrdiff_t n = from.extent(0);
+    const std::ptrdiff_t n_range = from.extent(1);
+    if (static_cast<std::ptrdiff_t>(geometry.slant_range.size()) != n_range)
+        throw ShapeError(from_name,
+                         "(n_azimuth, " + std::to_string(geometry.slant_range.size()) + "), a column for every slant_range of the geometry",
+                         shape_text(from.extents()));
+
+    const fft::Plan<float> forward(n, fft::Direction::forward);
+    const fft::Plan<float> inverse(n, fft::Direction::inverse);
+    const std::vector<double> f2 = squared_frequencies(geometry, n);
+    const float scale = 1.0f / static_cast<float>(n);
+    const std::ptrdiff_t gates = std::min(gates_of_a_block(n), n_range);
+    std::vector<std::unique_ptr<GateBlock>> workspaces(static_cast<std::size_t>(resolve_threads(execution.threads)));
+    std::atomic<bool> finite{true};
+
+    parallel_for(execution, phase, (n_range + gates - 1) / gates, [&](std::int64_t b) {
+        auto& workspace = workspaces[static_cast<std::size_t>(omp_get_thread_num())];
+        if (!workspace) workspace = std::make_unique<GateBlock>(gates, n);
+        const std::ptrdiff_t first = b * gates;
+        const std::ptrdiff_t count = std::min(gates, n_range - first);
+        workspace->load(from.slice(1, first, count));
+        for (std::ptrdiff_t g = 0; g < count; ++g) {
+            cfloat* line = workspace->gate(g);
+            forward.execute(line);
+            // Bin 0 is the sum of the line: one NaN or infinity anywhere is seen there.
+            if (!(std::isfinite(line->real()) && std::isfinite(line->imag()))) finite = false;
+            apply_phase(line, f2.data(), n, sign * 0.5 / geometry.fm_rate(static_cast<std::size_t>(first + g)), scale);
+            inverse.execute(line);
+        }
+        if (finite) workspace->store(to.slice(1, first, count));
+    });
+    if (finite) return;
+    require_finite(from, from_name, execution.threads);
+    throw NumericalError(std::string(from_name) + ": expected samples whose sum along azimuth fits single precision, got larger ones");
+}
+
+}  // namespace
+
+void azimuth_compress(const ImageView& raw, const StripmapGeometry& geometry, const MutableImageView& image,
+                      const AzimuthOptions& options) {
+    transform(raw, "raw", geometry, image, "image", -1.0, "azimuth_compress", options.execution);
+}
+
+void azimuth_decompress(const ImageView& image, const StripmapGeometry& geometry, const MutableImageView& raw,
+                        const AzimuthOptions& options) {
+    transform(image, "image", geometry, raw, "raw", 1.0, "azimuth_decompress", options.execution);
+}
+
+}  // namespace sarfocus::focus
