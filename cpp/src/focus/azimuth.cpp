@@ -24,7 +24,6 @@ using geometry::StripmapGeometry;
 // A block of gates stays in the second-level cache from load to store; eight complex64 gates are one cache line of a row-major image.
 constexpr std::ptrdiff_t block_bytes = 1 << 20;
 constexpr std::ptrdiff_t gates_of_a_line = 8;
-constexpr std::ptrdiff_t rows_of_a_tile = 64;
 constexpr std::ptrdiff_t piece = 256;
 
 // (f - fdc)^2 of every bin, Hz^2.
@@ -70,13 +69,17 @@ public:
     }
 
 private:
-    // Tiles: neither side's cache lines are left before all of their samples have been moved.
+    // In the order in which the image lies in memory; the pitch keeps the lines of a block out of each other's cache sets.
     template <class View, class Move>
     void walk(const View& image, const Move& move) {
-        const std::ptrdiff_t tile = image.stride(0) == 1 ? n_ : rows_of_a_tile;
-        for (std::ptrdiff_t begin = 0; begin < n_; begin += tile)
-            for (std::ptrdiff_t g = 0; g < image.extent(1); ++g)
-                for (std::ptrdiff_t i = begin; i < std::min(begin + tile, n_); ++i) move(image(i, g), i, g);
+        const std::ptrdiff_t gates = image.extent(1);
+        if (std::abs(image.stride(0)) <= std::abs(image.stride(1))) {
+            for (std::ptrdiff_t g = 0; g < gates; ++g)
+                for (std::ptrdiff_t i = 0; i < n_; ++i) move(image(i, g), i, g);
+        } else {
+            for (std::ptrdiff_t i = 0; i < n_; ++i)
+                for (std::ptrdiff_t g = 0; g < gates; ++g) move(image(i, g), i, g);
+        }
     }
 
     std::ptrdiff_t n_;
