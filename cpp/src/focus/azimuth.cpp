@@ -11,10 +11,9 @@
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/multiversion.hpp>
 #include <sarfocus/fft/plan.hpp>
-
-#include "core/multiversion.hpp"
-#include "signal/phasor.hpp"
+#include <sarfocus/signal/phasor.hpp>
 
 namespace sarfocus::focus {
 namespace {
@@ -44,7 +43,7 @@ SARFOCUS_MULTIVERSION void apply_phase(cfloat* spectrum, const double* f2, std::
     float imag[piece];
     for (std::ptrdiff_t begin = 0; begin < n; begin += piece) {
         const std::ptrdiff_t count = std::min(piece, n - begin);
-        for (std::ptrdiff_t k = 0; k < count; ++k) signal::detail::unit_phasor(rate * f2[begin + k], real[k], imag[k]);
+        for (std::ptrdiff_t k = 0; k < count; ++k) signal::unit_phasor(rate * f2[begin + k], real[k], imag[k]);
         auto* x = reinterpret_cast<float*>(spectrum + begin);
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const float a = scale * x[2 * k];

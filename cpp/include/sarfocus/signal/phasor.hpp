@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace sarfocus::signal::detail {
+namespace sarfocus::signal {
 
 /// sin(2 pi x) for |x| <= 1/4. Odd polynomial of degree 9, fitted to sin(y) - y on [-pi/2, pi/2] (minimax, 5e-9); error 1.2e-7 in single
 /// precision.
@@ -24,4 +24,4 @@ inline void unit_phasor(double cycles, float& real, float& imag) {
     imag = std::copysign(1.0f, static_cast<float>(rest)) * sine_of_cycles(0.25 - std::abs(size - 0.25));
 }
 
-}  // namespace sarfocus::signal::detail
+}  // namespace sarfocus::signal
