@@ -1,0 +1,352 @@
+#include <sarfocus/autofocus/phase_estimate.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+
+namespace sarfocus::autofocus {
+namespace {
+
+constexpr std::ptrdiff_t pulses_per_task = 64;
+constexpr std::ptrdiff_t smoothing_half_width = 7;  // pulses over which phase_std is averaged to each side
+
+std::size_t at(std::ptrdiff_t i) {
+    return static_cast<std::size_t>(i);
+}
+
+// exp(j b (k - middle)) for consecutive k, by recurrence.
+class Ramp {
+public:
+    Ramp(double slope, double first_offset) : value_(std::polar(1.0, slope * first_offset)), step_(std::polar(1.0, slope)) {}
+    cdouble next() {
+        const cdouble out = value_;
+        value_ *= step_;
+        return out;
+    }
+
+private:
+    cdouble value_;
+    cdouble step_;
+};
+
+class Alternation {
+public:
+    Alternation(const ImageView& lines, const PhaseEstimateOptions& options)
+        : options_(options),
+          threads_(resolve_threads(options.execution.threads)),
+          n_line_(lines.extent(0)),
+          n_pulse_(lines.extent(1)),
+          middle_(0.5 * static_cast<double>(n_pulse_ - 1)),
+          d_({n_line_, n_pulse_}),
+          power_(at(n_line_), 0.0),
+          samples_(at(n_line_), 0.0),
+          phase_(at(n_pulse_), 0.0),
+          rotation_(at(n_pulse_), cdouble{1.0, 0.0}),
+          slope_(at(n_line_), 0.0),
+          amplitude_(at(n_line_), cdouble{}),
+          signal_(at(n_line_), 0.0),
+          noise_(at(n_line_), 0.0),
+          weight_(at(n_line_), 0.0) {
+        double total = 0.0;
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
+                d_(n, k) = lines(n, k);
+                power_[at(n)] += std::norm(cdouble(lines(n, k)));
+                samples_[at(n)] += lines(n, k) != cfloat{} ? 1.0 : 0.0;
+            }
+            if (samples_[at(n)] > 0.0) power_[at(n)] /= samples_[at(n)];
+            weight_[at(n)] = power_[at(n)] > 0.0 ? 1.0 / power_[at(n)] : 0.0;
+            total += power_[at(n)];
+        }
+        if (!(total > 0.0)) throw NumericalError("lines: expected samples other than zero, got all zero");
+    }
+
+    void start_from(const std::vector<double>& phase) {
+        phase_ = phase;
+        set_rotation();
+    }
+
+    void start_from_gradient() {
+        double sum = 0.0;
+        for (std::ptrdiff_t k = 1; k < n_pulse_; ++k) {
+            cdouble product{};
+            for (std::ptrdiff_t n = 0; n < n_line_; ++n) product += weight_[at(n)] * cdouble(d_(n, k)) * std::conj(cdouble(d_(n, k - 1)));
+            if (product != cdouble{}) sum += std::arg(product);
+            phase_[at(k)] = sum;
+        }
+        remove_linear(phase_);
+        set_rotation();
+    }
+
+    // [methods 3]: A_n and b_n, then phi(k); returns the largest change of phi.
+    double iterate() {
+        fit_lines();
+        const std::vector<double> before = phase_;
+        update_phase();
+        double change = 0.0;
+        for (std::size_t k = 0; k < phase_.size(); ++k) change = std::max(change, std::abs(std::remainder(phase_[k] - before[k], two_pi)));
+        return change;
+    }
+
+    PhaseEstimate finish() {
+        fit_lines();
+        PhaseEstimate out;
+        out.phase_std = standard_deviation();
+        for (std::size_t k = 1; k < phase_.size(); ++k) phase_[k] = phase_[k - 1] + std::remainder(phase_[k] - phase_[k - 1], two_pi);
+        for (std::size_t k = 0; k < phase_.size(); ++k)
+            if (std::isnan(out.phase_std[k])) phase_[k] = std::numeric_limits<double>::quiet_NaN();
+        remove_linear(phase_);
+        std::replace_if(
+            phase_.begin(), phase_.end(), [](double p) { return std::isnan(p); }, 0.0);  // nothing to correct where there is nothing
+        out.phase = phase_;
+        out.linear_terms = slope_;
+        out.amplitude = amplitude_;
+        out.signal_power = signal_;
+        out.noise_power = noise_;
+        return out;
+    }
+
+private:
+    void set_rotation() {
+        for (std::size_t k = 0; k < phase_.size(); ++k) rotation_[k] = std::polar(1.0, phase_[k]);
+    }
+
+    void fit_lines() {
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n)
+            if (samples_[at(n)] > 0.0) fit_line(n);
+        if (options_.linear_terms) centre_slopes();
+    }
+
+    [[nodiscard]] cdouble coherent_sum(std::ptrdiff_t n) const {
+        Ramp ramp(-slope_[at(n)], -middle_);
+        const cfloat* line = d_.data() + n * n_pulse_;
+        cdouble sum{};
+        if (slope_[at(n)] == 0.0)
+            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) sum += cdouble(line[k]) * std::conj(rotation_[at(k)]);
+        else
+            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) sum += cdouble(line[k]) * std::conj(rotation_[at(k)]) * ramp.next();
+        return sum;
+    }
+
+    // One Newton step up the periodogram |sum z exp(-j b k)|^2, at most half a cell.
+    void fit_slope(std::ptrdiff_t n) {
+        Ramp ramp(-slope_[at(n)], -middle_);
+        const cfloat* line = d_.data() + n * n_pulse_;
+        cdouble s0{};
+        cdouble s1{};
+        cdouble s2{};
+        for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
+            const cdouble z = cdouble(line[k]) * std::conj(rotation_[at(k)]) * ramp.next();
+            const double x = static_cast<double>(k) - middle_;
+            s0 += z;
+            s1 += x * z;
+            s2 += x * x * z;
+        }
+        const double gradient = 2.0 * std::imag(s1 * std::conj(s0));
+        const double curvature = 2.0 * (std::norm(s1) - std::real(s2 * std::conj(s0)));
+        const double limit = pi / static_cast<double>(n_pulse_);
+        if (curvature < 0.0) slope_[at(n)] += std::clamp(-gradient / curvature, -limit, limit);
+    }
+
+    void fit_line(std::ptrdiff_t n) {
+        if (options_.linear_terms) fit_slope(n);
+        const double count = samples_[at(n)];
+        amplitude_[at(n)] = coherent_sum(n) / count;
+        // |A|^2 without its share of noise: E|mean|^2 = |A|^2 + noise / count.
+        signal_[at(n)] = count > 1.0 ? std::max((count * std::norm(amplitude_[at(n)]) - power_[at(n)]) / (count - 1.0), 0.0) : 0.0;
+        // The common phase has taken 1 / (2 M) of the noise's freedom.
+        noise_[at(n)] = std::max(power_[at(n)] - signal_[at(n)], 0.0) / (1.0 - 0.5 / static_cast<double>(n_line_));
+        weight_[at(n)] = 1.0 / std::max(noise_[at(n)], options_.noise_floor * power_[at(n)]);
+    }
+
+    void centre_slopes() {
+        double sum = 0.0;
+        double weights = 0.0;
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+            sum += weight_[at(n)] * signal_[at(n)] * slope_[at(n)];
+            weights += weight_[at(n)] * signal_[at(n)];
+        }
+        if (!(weights > 0.0)) return;
+        for (double& slope : slope_) slope -= sum / weights;
+    }
+
+    void update_phase() {
+        const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+        for (std::ptrdiff_t task = 0; task < tasks; ++task)
+            update_pulses(task * pulses_per_task, std::min(pulses_per_task, n_pulse_ - task * pulses_per_task));
+        set_rotation();
+    }
+
+    void update_pulses(std::ptrdiff_t begin, std::ptrdiff_t count) {
+        cdouble sum[pulses_per_task] = {};
+        double own[pulses_per_task] = {};
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+            if (!(samples_[at(n)] > 0.0)) continue;
+            const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
+            const double share = weight_[at(n)] / samples_[at(n)];
+            Ramp ramp(-slope_[at(n)], static_cast<double>(begin) - middle_);
+            const cfloat* line = d_.data() + n * n_pulse_ + begin;
+            for (std::ptrdiff_t k = 0; k < count; ++k) {
+                const cdouble sample(line[k]);
+                sum[k] += gain * (slope_[at(n)] == 0.0 ? sample : sample * ramp.next());
+                own[k] += share * std::norm(sample);
+            }
+        }
+        for (std::ptrdiff_t k = 0; k < count; ++k) {
+            const cdouble others = sum[k] - own[k] * rotation_[at(begin + k)];
+            if (others != cdouble{}) phase_[at(begin + k)] = std::arg(others);
+        }
+    }
+
+    // With c_n(k) the weighted line n turned to the common phase, var phi(k) = sum (Im c_n)^2 / (sum w_n |A_n|^2)^2, whatever the noise is;
+    // smoothed over a few pulses, because a handful of lines scatter by chance, and not below what the noise power of the lines implies.
+    [[nodiscard]] std::vector<double> standard_deviation() const {
+        std::vector<double> scatter(at(n_pulse_), 0.0);
+        std::vector<double> information(at(n_pulse_), 0.0);
+        std::vector<double> implied(at(n_pulse_), 0.0);
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+            const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
+            const double model = weight_[at(n)] * weight_[at(n)] * signal_[at(n)] * 0.5 * noise_[at(n)];
+            Ramp ramp(-slope_[at(n)], -middle_);
+            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
+                const cdouble turn = ramp.next();
+                if (d_(n, k) == cfloat{}) continue;
+                const double across = std::imag(gain * cdouble(d_(n, k)) * std::conj(rotation_[at(k)]) * turn);
+                scatter[at(k)] += across * across;
+                information[at(k)] += weight_[at(n)] * signal_[at(n)];
+                implied[at(k)] += model;
+            }
+        }
+        const double freedom = n_line_ > 1 ? static_cast<double>(n_line_) / static_cast<double>(n_line_ - 1) : 1.0;
+        const double random = pi / std::sqrt(3.0);  // of a phase drawn from the whole circle: none is less certain
+        const std::ptrdiff_t half = std::min(smoothing_half_width, n_pulse_ / 8);
+        std::vector<double> out(at(n_pulse_), std::numeric_limits<double>::quiet_NaN());
+        for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
+            bool reached = false;
+            for (std::ptrdiff_t n = 0; n < n_line_ && !reached; ++n) reached = d_(n, k) != cfloat{};
+            if (!reached) continue;
+            double observed = 0.0;
+            double expected = 0.0;
+            int count = 0;
+            for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(k - half, 0); i <= std::min(k + half, n_pulse_ - 1); ++i) {
+                if (!(information[at(i)] > 0.0)) continue;
+                observed += freedom * scatter[at(i)] / (information[at(i)] * information[at(i)]);
+                expected += implied[at(i)] / (information[at(i)] * information[at(i)]);
+                ++count;
+            }
+            out[at(k)] = count > 0 ? std::min(std::sqrt(std::max(observed, expected) / count), random) : random;
+        }
+        return out;
+    }
+
+    const PhaseEstimateOptions& options_;
+    int threads_;
+    std::ptrdiff_t n_line_;
+    std::ptrdiff_t n_pulse_;
+    double middle_;
+    Array<cfloat, 2> d_;
+    std::vector<double> power_;
+    std::vector<double> samples_;
+    std::vector<double> phase_;
+    std::vector<cdouble> rotation_;  // exp(j phi)
+    std::vector<double> slope_;
+    std::vector<cdouble> amplitude_;
+    std::vector<double> signal_;
+    std::vector<double> noise_;
+    std::vector<double> weight_;
+};
+
+int alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
+    Monitor monitor(options.execution, "estimate", options.max_iterations);
+    int iterations = 0;
+    while (iterations < options.max_iterations && !monitor.stopped()) {
+        ++iterations;
+        const bool settled = alternation.iterate() < options.tolerance;
+        monitor.advance();
+        if (settled) break;
+    }
+    monitor.finish();
+    return iterations;
+}
+
+// The alternation's phase_std is that of its own phase; the gradient's walks away from it.
+PhaseEstimate gradient_estimate(Alternation& alternation, const PhaseEstimateOptions& options) {
+    PhaseEstimate out = alternation.finish();
+    alternate(alternation, options);
+    const PhaseEstimate reference = alternation.finish();
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t k = 0; k < out.phase.size(); ++k)
+        if (std::isfinite(reference.phase_std[k])) {
+            const double difference = out.phase[k] - reference.phase[k];
+            sum += difference * difference;
+            count += 1.0;
+        }
+    for (std::size_t k = 0; k < out.phase.size(); ++k)
+        out.phase_std[k] = std::sqrt(reference.phase_std[k] * reference.phase_std[k] + (count > 0.0 ? sum / count : 0.0));
+    return out;
+}
+
+}  // namespace
+
+void PhaseEstimateOptions::validate() const {
+    if (max_iterations < 1) throw ValueError("max_iterations", "at least 1", std::to_string(max_iterations));
+    require_positive(tolerance, "tolerance");
+    require_positive(noise_floor, "noise_floor");
+    (void)resolve_threads(execution.threads);
+}
+
+PhaseEstimate estimate_phase(const ImageView& lines, const PhaseEstimateOptions& options) {
+    options.validate();
+    require_not_empty(lines, "lines");
+    if (lines.extent(1) < 3) throw ShapeError("lines", "at least three pulses", shape_text(lines.extents()));
+    require_finite(lines, "lines", options.execution.threads);
+    if (!options.initial_phase.empty() && static_cast<std::ptrdiff_t>(options.initial_phase.size()) != lines.extent(1))
+        throw ShapeError("initial_phase", std::to_string(lines.extent(1)) + " values, one for each pulse",
+                         std::to_string(options.initial_phase.size()));
+
+    Alternation alternation(lines, options);
+    if (options.initial_phase.empty())
+        alternation.start_from_gradient();
+    else
+        alternation.start_from(options.initial_phase);
+    if (options.estimator == Estimator::gradient) return gradient_estimate(alternation, options);
+    const int iterations = alternate(alternation, options);
+    PhaseEstimate out = alternation.finish();
+    out.iterations = iterations;
+    return out;
+}
+
+void remove_linear(std::vector<double>& phase) {
+    double n = 0.0;
+    double sx = 0.0;
+    double sy = 0.0;
+    for (std::size_t k = 0; k < phase.size(); ++k)
+        if (std::isfinite(phase[k])) {
+            n += 1.0;
+            sx += static_cast<double>(k);
+            sy += phase[k];
+        }
+    if (n < 1.0) return;
+    double sxx = 0.0;
+    double sxy = 0.0;
+    for (std::size_t k = 0; k < phase.size(); ++k)
+        if (std::isfinite(phase[k])) {
+            const double x = static_cast<double>(k) - sx / n;
+            sxx += x * x;
+            sxy += x * (phase[k] - sy / n);
+        }
+    const double slope = sxx > 0.0 ? sxy / sxx : 0.0;
+    for (std::size_t k = 0; k < phase.size(); ++k)
+        if (std::isfinite(phase[k])) phase[k] -= sy / n + slope * (static_cast<double>(k) - sx / n);
+}
+
+}  // namespace sarfocus::autofocus
