@@ -1,5 +1,6 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
+from . import quality
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.autofocus import PhaseEstimate, estimate_phase
 from ._core.focus import backproject, backproject_histories, project
@@ -18,4 +19,5 @@ __all__ = [
     "backproject_histories",
     "estimate_phase",
     "project",
+    "quality",
 ]
