@@ -1,5 +1,14 @@
 """Measures of focus: entropy, contrast, point response."""
 
-from ._core.quality import contrast, entropy, entropy_log10, psnr, sharpness
+from ._core.quality import (
+    AxisResponse,
+    PointResponse,
+    contrast,
+    entropy,
+    entropy_log10,
+    point_response,
+    psnr,
+    sharpness,
+)
 
-__all__ = ["contrast", "entropy", "entropy_log10", "psnr", "sharpness"]
+__all__ = ["AxisResponse", "PointResponse", "contrast", "entropy", "entropy_log10", "point_response", "psnr", "sharpness"]

@@ -41,3 +41,24 @@ def psnr(image: Image, reference: Image) -> float:
     """Amplitudes; the peak is the reference's [Luo2025, eq. 21, with MAX taken of the reference]."""
     error = np.sqrt(_intensity(image)) - np.sqrt(_intensity(reference))
     return float(10 * np.log10(_intensity(reference).max() / (error**2).mean()))
+
+
+def cut_figures(power: NDArray[np.float64], step: float, lobes: float) -> tuple[float, float, float]:
+    """IRW, PSLR and ISLR (units of `step`, dB) of the power of an unweighted response, its peak in the middle of the array.
+
+    By definition: width between the -3 dB points; main lobe between the first minima; side lobes from there to (1 + lobes) cells,
+    a cell being the distance of the first null.
+    """
+    middle = power.size // 2
+    peak = power[middle]
+    half = np.flatnonzero(power < 0.5 * peak)
+    left, right = half[half < middle].max(), half[half > middle].min()
+    width = (right - (0.5 * peak - power[right]) / (power[right - 1] - power[right])) - (
+        left + (0.5 * peak - power[left]) / (power[left + 1] - power[left])
+    )
+    minima = np.flatnonzero((power[1:-1] <= power[:-2]) & (power[1:-1] < power[2:])) + 1
+    null = minima[minima > right].min() - middle
+    distance = np.abs(np.arange(power.size) - middle)
+    side = power[(distance >= null) & (distance <= null * (1 + lobes))]
+    main = power[distance < null]
+    return float(width * step), float(10 * np.log10(side.max() / peak)), float(10 * np.log10(side.sum() / main.sum()))
