@@ -15,6 +15,8 @@
 #include <sarfocus/fft/plan.hpp>
 #include <sarfocus/signal/phasor.hpp>
 
+#include "focus/line_workspace.hpp"
+
 namespace sarfocus::focus {
 namespace {
 
@@ -122,15 +124,13 @@ void transform(const ImageView& from, const char* from_name, const StripmapGeome
             cfloat* line = workspace->gate(g);
             forward.execute(line);
             // Bin 0 is the sum of the line: one NaN or infinity anywhere is seen there.
-            if (!(std::isfinite(line->real()) && std::isfinite(line->imag()))) finite = false;
+            if (!is_finite(line[0])) finite = false;
             apply_phase(line, f2.data(), n, sign * 0.5 / geometry.fm_rate(static_cast<std::size_t>(first + g)), scale);
             inverse.execute(line);
         }
         if (finite) workspace->store(to.slice(1, first, count));
     });
-    if (finite) return;
-    require_finite(from, from_name, execution.threads);
-    throw NumericalError(std::string(from_name) + ": expected samples whose sum along azimuth fits single precision, got larger ones");
+    if (!finite) throw_not_finite(from, from_name, execution.threads);
 }
 
 }  // namespace
