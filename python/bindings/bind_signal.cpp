@@ -1,12 +1,17 @@
 #include <array>
 #include <cstddef>
+#include <string>
+#include <utility>
 
 #include <pybind11/stl.h>
 
+#include <sarfocus/signal/chirp.hpp>
 #include <sarfocus/signal/interpolation.hpp>
+#include <sarfocus/signal/window.hpp>
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "window_argument.hpp"
 
 namespace py = pybind11;
 
@@ -29,9 +34,63 @@ py::array upsample(const py::object& chip, std::ptrdiff_t factor, const std::arr
     return wide ? upsample_as<cdouble>(chip, factor, band_centre) : upsample_as<cfloat>(chip, factor, band_centre);
 }
 
+py::array_t<double> window(const py::object& name, std::ptrdiff_t n, const std::string& form) {
+    if (form != "symmetric" && form != "periodic") throw ValueError("form", "\"symmetric\" or \"periodic\"", "\"" + form + "\"");
+    return to_numpy(
+        signal::window_samples(window_of(name), n, form == "periodic" ? signal::WindowForm::periodic : signal::WindowForm::symmetric));
+}
+
+py::array_t<cfloat> chirp(double bandwidth, double duration, double sampling_rate, const std::string& direction) {
+    if (direction != "up" && direction != "down") throw ValueError("direction", "\"up\" or \"down\"", "\"" + direction + "\"");
+    const auto sweep = direction == "up" ? signal::ChirpDirection::up : signal::ChirpDirection::down;
+    return to_numpy(signal::Chirp{bandwidth, duration, sampling_rate, sweep}.samples());
+}
+
 }  // namespace
 
 void bind_signal(py::module_ m) {
+    m.def("window", &window, py::arg("name"), py::arg("n"), py::kw_only(), py::arg("form") = "symmetric",
+          R"(Weights of a window, 1 in the middle.
+
+Parameters
+----------
+name : str or tuple or None
+    "rectangular" (or None), "hann", "hamming", ("taylor", nbar, sidelobe level in dB > 0), ("kaiser", beta); "taylor" alone is
+    ("taylor", 4, 35.0), "kaiser" alone ("kaiser", 6.0).
+n : int
+    Samples.
+form : {"symmetric", "periodic"}
+    periodic: the first n weights of the symmetric window of n + 1.
+
+Returns
+-------
+float64 [n]
+
+Raises
+------
+ValueError, TypeError)");
+    m.def("chirp", &chirp, py::kw_only(), py::arg("bandwidth"), py::arg("duration"), py::arg("sampling_rate"), py::arg("direction") = "up",
+          R"(Samples of a linear FM pulse of constant amplitude, complex baseband.
+
+exp(+-1j pi bandwidth / duration t**2), + for "up"; the middle of the pulse, t = 0, is at index (n - 1) / 2.
+
+Parameters
+----------
+bandwidth : float
+    Hz, at most the sampling rate.
+duration : float
+    s.
+sampling_rate : float
+    Hz.
+direction : {"up", "down"}
+
+Returns
+-------
+complex64 [duration * sampling_rate, rounded]
+
+Raises
+------
+ValueError, MemoryError)");
     m.def("upsample", &upsample, py::arg("chip"), py::arg("factor"), py::kw_only(),
           py::arg("band_centre") = std::array<double, 2>{0.0, 0.0},
           R"(A small image on a grid `factor` times finer both ways, by zero padding of its spectrum.

@@ -1,9 +1,18 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import quality
+from . import quality, signal
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.autofocus import PhaseEstimate, estimate_phase
-from ._core.focus import backproject, backproject_histories, project
+from ._core.focus import (
+    RangeCompressed,
+    azimuth_compress,
+    azimuth_decompress,
+    backproject,
+    backproject_histories,
+    compress_frequency,
+    project,
+    range_compress,
+)
 from ._core.geometry import ImageGrid, StripmapGeometry
 
 __all__ = [
@@ -12,12 +21,18 @@ __all__ = [
     "MemoryEstimateError",
     "NumericalError",
     "PhaseEstimate",
+    "RangeCompressed",
     "ShapeError",
     "StripmapGeometry",
     "__version__",
+    "azimuth_compress",
+    "azimuth_decompress",
     "backproject",
     "backproject_histories",
+    "compress_frequency",
     "estimate_phase",
     "project",
     "quality",
+    "range_compress",
+    "signal",
 ]

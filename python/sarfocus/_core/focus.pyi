@@ -4,7 +4,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .geometry import ImageGrid
+from .geometry import ImageGrid, StripmapGeometry
 
 def backproject(
     data: NDArray[np.complex64],
@@ -44,3 +44,54 @@ def project(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> NDArray[np.complex64]: ...
+def azimuth_compress(
+    raw: NDArray[np.complex64],
+    geometry: StripmapGeometry,
+    *,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def azimuth_decompress(
+    image: NDArray[np.complex64],
+    geometry: StripmapGeometry,
+    *,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def range_compress(
+    raw: NDArray[np.complex64],
+    replica: NDArray[np.complex64],
+    *,
+    replica_origin: float = 0.0,
+    window: str | tuple[str | float, ...] | None = None,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+
+class RangeCompressed:
+    @property
+    def data(self) -> NDArray[np.complex64]: ...
+    @property
+    def range_start(self) -> NDArray[np.float64]: ...
+    @property
+    def range_spacing(self) -> float: ...
+    @property
+    def wavelength(self) -> float: ...
+
+def compress_frequency(
+    phase_history: NDArray[np.complex64],
+    *,
+    frequency_start: float,
+    frequency_spacing: float,
+    reference_range: ArrayLike,
+    oversampling: float = 1.5,
+    guard: int = 16,
+    centre_frequency: float | None = None,
+    window: str | tuple[str | float, ...] | None = None,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> RangeCompressed: ...

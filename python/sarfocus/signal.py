@@ -1,0 +1,5 @@
+"""Chirps, windows and interpolation."""
+
+from ._core.signal import chirp, upsample, window
+
+__all__ = ["chirp", "upsample", "window"]
