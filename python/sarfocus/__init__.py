@@ -1,6 +1,6 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import quality, signal
+from . import quality, signal, simulate
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.autofocus import PhaseEstimate, estimate_phase
 from ._core.focus import (
@@ -35,4 +35,5 @@ __all__ = [
     "quality",
     "range_compress",
     "signal",
+    "simulate",
 ]
