@@ -55,7 +55,8 @@ CompressedRange compressed_range(std::ptrdiff_t n_frequency, double frequency_st
     CompressedRange out;
     out.n_range = n + 2 * options.guard;
     out.range_spacing = speed_of_light / (2.0 * frequency_spacing * static_cast<double>(n));
-    out.range_offset = -static_cast<double>(n / 2 + options.guard) * out.range_spacing;
+    const std::ptrdiff_t centre = n / 2 + options.guard;
+    out.range_offset = -static_cast<double>(centre) * out.range_spacing;
     out.wavelength = speed_of_light / centre_frequency_of(n_frequency, frequency_start, frequency_spacing, options);
     return out;
 }
