@@ -1,6 +1,6 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import quality, signal, simulate
+from . import detect, quality, signal, simulate
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.autofocus import PhaseEstimate, estimate_phase
 from ._core.focus import (
@@ -30,6 +30,7 @@ __all__ = [
     "backproject",
     "backproject_histories",
     "compress_frequency",
+    "detect",
     "estimate_phase",
     "project",
     "quality",

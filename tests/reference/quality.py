@@ -38,7 +38,7 @@ def sharpness(image: Image) -> float:
 
 
 def psnr(image: Image, reference: Image) -> float:
-    """Amplitudes; the peak is the reference's [Luo2025, eq. 21, with MAX taken of the reference]."""
+    """Amplitudes; the peak is the reference's [Luo2025, section 3.2, with MAX taken of the reference]."""
     error = np.sqrt(_intensity(image)) - np.sqrt(_intensity(reference))
     return float(10 * np.log10(_intensity(reference).max() / (error**2).mean()))
 

@@ -26,7 +26,7 @@ namespace sarfocus::quality {
 [[nodiscard]] SARFOCUS_API double sharpness(const ImageView& image, const Execution& execution = {});
 
 /// 10 log10(peak^2 / MSE), dB: peak the largest amplitude of the reference, MSE the mean of (|image| - |reference|)^2. Phase does not
-/// count. Infinite where the amplitudes are equal. [Luo2025, eq. 21] takes the peak of the processed image instead, with which a
+/// count. Infinite where the amplitudes are equal. [Luo2025, section 3.2] takes the peak of the processed image instead, with which a
 /// brighter image scores better for nothing. Throws ShapeError where the shapes differ, NumericalError where the reference is zero.
 [[nodiscard]] SARFOCUS_API double psnr(const ImageView& image, const ImageView& reference, const Execution& execution = {});
 
