@@ -5,6 +5,7 @@
 
 #include <pybind11/stl.h>
 
+#include <sarfocus/signal/analytic.hpp>
 #include <sarfocus/signal/chirp.hpp>
 #include <sarfocus/signal/interpolation.hpp>
 #include <sarfocus/signal/window.hpp>
@@ -46,9 +47,80 @@ py::array_t<cfloat> chirp(double bandwidth, double duration, double sampling_rat
     return to_numpy(signal::Chirp{bandwidth, duration, sampling_rate, sweep}.samples());
 }
 
+py::array analytic_signal(const py::object& samples, const py::object& out, int threads, const py::object& progress) {
+    const auto real = real_input<2>(samples, "samples");
+    const auto result = output<cfloat, 2>(out, real.view.extents(), &real.owner);
+    const signal::AnalyticOptions options{execution(threads, progress)};
+    {
+        const py::gil_scoped_release release;
+        signal::analytic_signal(real.view, result.view, options);
+    }
+    return result.owner;
+}
+
+py::array demodulate(const py::object& samples, double range_start, double range_spacing, double wavelength, const py::object& out,
+                     int threads, const py::object& progress) {
+    const auto real = real_input<2>(samples, "samples");
+    const auto result = output<cfloat, 2>(out, real.view.extents(), &real.owner);
+    const signal::AnalyticOptions options{execution(threads, progress)};
+    {
+        const py::gil_scoped_release release;
+        signal::demodulate(real.view, range_start, range_spacing, wavelength, result.view, options);
+    }
+    return result.owner;
+}
+
+void bind_analytic(py::module_& m) {
+    m.def("analytic_signal", &analytic_signal, py::arg("samples"), py::kw_only(), py::arg("out") = py::none(), py::arg("threads") = 0,
+          py::arg("progress") = py::none(), R"(Analytic signal of real-valued fast-time samples: only the positive frequencies, doubled.
+
+Parameters
+----------
+samples : array_like [n_pulse, n_fast_time], real
+out : complex64 [n_pulse, n_fast_time], optional
+threads : int
+    0: all. The result does not depend on it.
+progress : callable (phase, done, total), optional
+    Return False to stop.
+
+Returns
+-------
+complex64 [n_pulse, n_fast_time]
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError)");
+    m.def("demodulate", &demodulate, py::arg("samples"), py::kw_only(), py::arg("range_start"), py::arg("range_spacing"),
+          py::arg("wavelength"), py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+          R"(Baseband echoes of a radar that samples its impulse without a carrier, the carrier phase kept.
+
+analytic_signal(samples) * exp(-4j pi r / wavelength), r = range_start + i * range_spacing: a scatterer at R becomes
+exp(-4j pi R / wavelength) times the pulse response centred at R, as backproject takes it. Subtract what is the same in all pulses
+(direct coupling) beforehand.
+
+Parameters
+----------
+samples : array_like [n_pulse, n_fast_time], real
+range_start, range_spacing : float
+    m.
+wavelength : float
+    m, of the middle of the band.
+out, threads, progress
+    As for `analytic_signal`.
+
+Returns
+-------
+complex64 [n_pulse, n_fast_time]
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError)");
+}
+
 }  // namespace
 
 void bind_signal(py::module_ m) {
+    bind_analytic(m);
     m.def("window", &window, py::arg("name"), py::arg("n"), py::kw_only(), py::arg("form") = "symmetric",
           R"(Weights of a window, 1 in the middle.
 

@@ -1,5 +1,5 @@
-"""Chirps, windows and interpolation."""
+"""Chirps, windows, interpolation, analytic signals."""
 
-from ._core.signal import chirp, upsample, window
+from ._core.signal import analytic_signal, chirp, demodulate, upsample, window
 
-__all__ = ["chirp", "upsample", "window"]
+__all__ = ["analytic_signal", "chirp", "demodulate", "upsample", "window"]

@@ -75,3 +75,28 @@ def test_upsample_refuses() -> None:
     chip[1, 2] = np.nan
     with pytest.raises(sarfocus.NumericalError, match=r"\[1, 2\]"):
         sarfocus.signal.upsample(chip, 2)
+
+
+@pytest.mark.parametrize("n", [1, 2, 31, 32])
+def test_analytic_signal_is_that_of_scipy(n: int) -> None:
+    samples = np.random.default_rng(0).normal(size=(3, n))
+    expected = scipy.signal.hilbert(samples, axis=1)
+    for source in (samples, np.asfortranarray(samples), samples[::-1, ::-1].copy()[::-1, ::-1], samples.tolist()):
+        assert np.abs(sarfocus.signal.analytic_signal(source, threads=2) - expected).max() < 1e-6  # rounding to single precision
+    with pytest.raises(ValueError, match="wavelength"):
+        sarfocus.signal.demodulate(samples, range_start=0.0, range_spacing=0.01, wavelength=0.0)
+    with pytest.raises(TypeError, match="samples"):
+        sarfocus.signal.analytic_signal("impulse")
+
+
+def test_demodulated_impulse_focuses_by_backprojection() -> None:
+    """A real-valued impulse radar on a line: the pixel on the scatterer is n_pulse times the pulse's peak, phase zero."""
+    wavelength, spacing, start = 299_792_458.0 / 4.1e9, 0.00915, 2.0
+    positions = np.stack([np.linspace(-1, 1, 80), np.zeros(80), np.full(80, 0.5)], axis=1)
+    target = np.array([[0.21, 4.03, 0.0]])
+    x = start + spacing * np.arange(600) - np.linalg.norm(positions - target, axis=1)[:, None]
+    samples = np.exp(-0.5 * (x / 0.08) ** 2) * np.cos(4 * np.pi * x / wavelength)
+    data = sarfocus.signal.demodulate(samples, range_start=start, range_spacing=spacing, wavelength=wavelength)
+    grid = sarfocus.ImageGrid.from_points(target)
+    pixel = sarfocus.backproject(data, positions, grid, range_start=start, range_spacing=spacing, wavelength=wavelength)
+    assert abs(pixel[0, 0] / 80 - 1) < 1e-3  # interpolation of backproject: -60 dB

@@ -1,7 +1,8 @@
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 def window(
     name: str | tuple[str | float, ...] | None,
@@ -22,3 +23,20 @@ def upsample(
     *,
     band_centre: tuple[float, float] = (0.0, 0.0),
 ) -> NDArray[np.complex128]: ...
+def analytic_signal(
+    samples: ArrayLike,
+    *,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def demodulate(
+    samples: ArrayLike,
+    *,
+    range_start: float,
+    range_spacing: float,
+    wavelength: float,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
