@@ -1,5 +1,5 @@
 """Simulated echoes: the forward model, independent of the image formation."""
 
-from ._core.sim import points, points_frequency
+from ._core.sim import motion_error, points, points_frequency, stripmap, stripmap_echo
 
-__all__ = ["points", "points_frequency"]
+__all__ = ["motion_error", "points", "points_frequency", "stripmap", "stripmap_echo"]

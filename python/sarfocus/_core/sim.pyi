@@ -1,7 +1,10 @@
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .geometry import StripmapGeometry
 
 def points(
     positions: ArrayLike | tuple[ArrayLike, ArrayLike],
@@ -36,3 +39,45 @@ def points_frequency(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> NDArray[np.complex64]: ...
+def stripmap(
+    geometry: StripmapGeometry,
+    targets: ArrayLike,
+    reflectivity: ArrayLike,
+    *,
+    n_azimuth: int,
+    model: Literal["band_limited", "chirp"] = "band_limited",
+    clutter_power: float = 0.0,
+    phase_error: ArrayLike | None = None,
+    noise_power: float = 0.0,
+    seed: int = 0,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def stripmap_echo(
+    geometry: StripmapGeometry,
+    targets: ArrayLike,
+    reflectivity: ArrayLike,
+    *,
+    n_azimuth: int,
+    range_bandwidth: float,
+    window: str | tuple[str | float, ...] | None = None,
+    phase_error: ArrayLike | None = None,
+    noise_power: float = 0.0,
+    seed: int = 0,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def motion_error(
+    n_pulse: int,
+    *,
+    prf: float,
+    drift: float = 0.0,
+    acceleration: float = 0.0,
+    random_rms: float = 0.0,
+    random_bandwidth: float = 1.0,
+    vibrations: Sequence[tuple[float, float]] = ...,
+    seed: int = 0,
+    axes: int | None = None,
+) -> NDArray[np.float64]: ...
