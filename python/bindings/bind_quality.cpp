@@ -1,9 +1,13 @@
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <pybind11/stl.h>
 
+#include <sarfocus/geometry/stripmap_geometry.hpp>
+#include <sarfocus/quality/ambiguity.hpp>
 #include <sarfocus/quality/image_measures.hpp>
 #include <sarfocus/quality/point_response.hpp>
 
@@ -242,9 +246,94 @@ NumericalError
     NaN or infinity in the chip, zeros or no local maximum at the position, no null beside the peak.)");
 }
 
+/// Offsets in samples: those given, or the first ambiguities on both sides for the target's range gate.
+std::vector<double> ambiguity_offsets(const py::object& offsets, const geometry::StripmapGeometry* geometry, double range) {
+    if (offsets.is_none() == (geometry == nullptr)) throw ValueError("offsets", "either offsets or a geometry", geometry ? "both" : "none");
+    if (geometry != nullptr) {
+        const auto gate = static_cast<std::ptrdiff_t>(std::lround(range));
+        if (gate < 0 || gate >= static_cast<std::ptrdiff_t>(geometry->slant_range.size()))
+            throw ValueError("position", "a range gate of the geometry", number_text(range));
+        const double first = quality::azimuth_ambiguity_offset(geometry->prf, geometry->wavelength, geometry->velocity,
+                                                               geometry->slant_range[static_cast<std::size_t>(gate)]);
+        return {-first, first};
+    }
+    const auto listed = real_input<1>(py::module_::import("numpy").attr("atleast_1d")(offsets), "offsets");
+    std::vector<double> out;
+    for (std::ptrdiff_t i = 0; i < listed.view.extent(0); ++i) out.push_back(listed.view(i));
+    return out;
+}
+
+py::tuple azimuth_ambiguity_ratio(const py::object& image, std::array<double, 2> position, const py::object& offsets,
+                                  const geometry::StripmapGeometry* geometry, const std::string& measure,
+                                  std::array<std::ptrdiff_t, 2> half_width) {
+    const auto in = input<cfloat, 2>(image, "image");
+    if (!std::isfinite(position[1])) throw ValueError("position", "finite numbers", number_text(position[1]));
+    const std::vector<double> places = ambiguity_offsets(offsets, geometry, position[1]);
+    quality::AmbiguityOptions options;
+    options.half_width = half_width;
+    if (measure == "energy")
+        options.measure = quality::AmbiguityMeasure::energy;
+    else if (measure != "peak")
+        throw ValueError("measure", "'peak' or 'energy'", "'" + measure + "'");
+    const auto found = quality::azimuth_ambiguity_ratio(in.view, position, places, options);
+    return py::make_tuple(found.highest_db, to_numpy(found.ratio_db));
+}
+
+void bind_ambiguity(py::module_& m) {
+    m.def("azimuth_ambiguity_offset", &quality::azimuth_ambiguity_offset, py::kw_only(), py::arg("prf"), py::arg("wavelength"),
+          py::arg("velocity"), py::arg("slant_range"), R"(Azimuth samples between a target and its first azimuth ambiguity.
+
+Parameters
+----------
+prf, wavelength, velocity, slant_range : float
+    Hz, m, m/s, m.
+
+Returns
+-------
+float
+    prf * wavelength * slant_range / (2 velocity) metres, in samples of velocity / prf metres.
+
+Raises
+------
+ValueError
+    An argument that is not finite and positive.)");
+    m.def("azimuth_ambiguity_ratio", &azimuth_ambiguity_ratio, py::arg("image"), py::arg("position"), py::arg("offsets") = py::none(),
+          py::kw_only(), py::arg("geometry") = py::none(), py::arg("measure") = "peak", py::arg("half_width") = py::make_tuple(8, 8),
+          R"(Strength of the azimuth ambiguities of a target, relative to the target.
+
+Parameters
+----------
+image : complex64 [n_azimuth, n_range]
+    Any strides.
+position : (float, float)
+    Azimuth and range of the target, pixels.
+offsets : array_like [n], optional
+    Azimuth samples from the target to its ambiguities, either sign.
+geometry : StripmapGeometry, optional
+    Instead of offsets: the first ambiguity on either side.
+measure : str
+    "peak", the strongest pixel of each box, or "energy", its sum of the intensity.
+half_width : (int, int)
+    How far the boxes about the target and its ambiguities reach, pixels.
+
+Returns
+-------
+highest_db : float
+ratio_db : float64 [n]
+    Of every ambiguity; nan where its box does not lie inside the image.
+
+Raises
+------
+ValueError
+    Options; the target or all ambiguities outside the image; boxes that overlap.
+NumericalError
+    NaN or infinity in a box, a target of zeros.)");
+}
+
 }  // namespace
 
 void bind_quality(py::module_ m) {
+    bind_ambiguity(m);
     bind_measures(m);
     bind_point_response(m);
 }

@@ -1,8 +1,10 @@
-"""Measures of focus: entropy, contrast, point response."""
+"""Measures of focus: entropy, contrast, point response, azimuth ambiguities."""
 
 from ._core.quality import (
     AxisResponse,
     PointResponse,
+    azimuth_ambiguity_offset,
+    azimuth_ambiguity_ratio,
     contrast,
     entropy,
     entropy_log10,
@@ -11,4 +13,15 @@ from ._core.quality import (
     sharpness,
 )
 
-__all__ = ["AxisResponse", "PointResponse", "contrast", "entropy", "entropy_log10", "point_response", "psnr", "sharpness"]
+__all__ = [
+    "AxisResponse",
+    "PointResponse",
+    "azimuth_ambiguity_offset",
+    "azimuth_ambiguity_ratio",
+    "contrast",
+    "entropy",
+    "entropy_log10",
+    "point_response",
+    "psnr",
+    "sharpness",
+]

@@ -53,6 +53,13 @@ struct Frame {
     [[nodiscard]] std::ptrdiff_t beside() const { return rows.guard.size() * (columns.window.size() - columns.guard.size()); }
     [[nodiscard]] std::ptrdiff_t size() const { return before() + behind() + beside(); }
 
+    /// visit(rows, columns) for every part.
+    template <class Visit>
+    void for_each_part(const Visit& visit) const {
+        visit(Span{rows.window.begin, rows.guard.begin}, columns.window);
+        visit(Span{rows.guard.end, rows.window.end}, columns.window);
+        for_each_side(visit);
+    }
     /// visit(rows, columns) for the parts beside the guard cells.
     template <class Visit>
     void for_each_side(const Visit& visit) const {
@@ -165,19 +172,29 @@ double mean_clutter(const Box& box, const Frame& frame, CfarMethod method) {
 
 /// Clutter estimate from value(i, j), a single cell.
 template <class Value>
-double ordered_clutter(const Value& value, const Frame& frame, double rank, std::vector<double>& scratch) {
-    scratch.clear();
-    const auto gather = [&](const Span& rows, const Span& columns) {
+double ordered_clutter(const Value& value, const Frame& frame, double rank) {
+    std::vector<double> scratch;
+    frame.for_each_part([&](const Span& rows, const Span& columns) {
         for (std::ptrdiff_t i = rows.begin; i < rows.end; ++i)
             for (std::ptrdiff_t j = columns.begin; j < columns.end; ++j) scratch.push_back(value(i, j));
-    };
-    gather({frame.rows.window.begin, frame.rows.guard.begin}, frame.columns.window);
-    gather({frame.rows.guard.end, frame.rows.window.end}, frame.columns.window);
-    frame.for_each_side(gather);
+    });
     if (scratch.empty()) return 0.0;
     const auto kth = scratch.begin() + (rank_of(rank, static_cast<std::ptrdiff_t>(scratch.size())) - 1);
     std::nth_element(scratch.begin(), kth, scratch.end());
     return *kth;
+}
+
+/// x > factor * (k-th smallest), without sorting: at least k of the products are smaller than x.
+bool exceeds_ordered(const PowerRows& power, double x, double factor, const Frame& frame, double rank) {
+    std::ptrdiff_t smaller = 0;
+    const auto count = [&](const Span& rows, const Span& columns) {
+        for (std::ptrdiff_t i = rows.begin; i < rows.end; ++i) {
+            const double* row = power.row(i);
+            for (std::ptrdiff_t j = columns.begin; j < columns.end; ++j) smaller += factor * row[j] < x ? 1 : 0;
+        }
+    };
+    frame.for_each_part(count);
+    return smaller >= rank_of(rank, frame.size());
 }
 
 double threshold_of(double factor, double clutter) {
@@ -222,23 +239,21 @@ void detect_all(const ArrayView<const Sample, 2>& view, const ArrayView<bool, 2>
         const Span needed{row_windows.reach[static_cast<std::size_t>(begin)].window.begin,
                           row_windows.reach[static_cast<std::size_t>(end - 1)].window.end};
         const PowerRows power(view, needed.begin, needed.end);
-        const auto run = [&](const auto& clutter) {
+        const auto run = [&](const auto& exceeds) {
             for (std::ptrdiff_t i = begin; i < end; ++i)
                 for (std::ptrdiff_t j = 0; j < columns; ++j) {
                     const auto r = static_cast<std::size_t>(i);
                     const auto c = static_cast<std::size_t>(j);
                     const double factor = factors(row_windows.kind[r], column_windows.kind[c]);
-                    const double estimate = clutter(Frame{row_windows.reach[r], column_windows.reach[c]});
-                    mask(i, j) = power.row(i)[j] > threshold_of(factor, estimate);
+                    mask(i, j) =
+                        !std::isinf(factor) && exceeds(power.row(i)[j], factor, Frame{row_windows.reach[r], column_windows.reach[c]});
                 }
         };
         if (ordered) {
-            std::vector<double> scratch;
-            const auto value = [&](std::ptrdiff_t i, std::ptrdiff_t j) { return power.row(i)[j]; };
-            run([&](const Frame& frame) { return ordered_clutter(value, frame, options.rank, scratch); });
+            run([&](double x, double factor, const Frame& frame) { return exceeds_ordered(power, x, factor, frame, options.rank); });
         } else {
             const AreaTable table(power);
-            run([&](const Frame& frame) { return mean_clutter(table, frame, options.method); });
+            run([&](double x, double factor, const Frame& frame) { return x > factor * mean_clutter(table, frame, options.method); });
         }
     });
 }
@@ -256,8 +271,7 @@ CfarCell test_cell(const ImageView& image, const std::array<std::ptrdiff_t, 2>& 
     CfarCell out;
     out.intensity = value(cell[0], cell[1]);
     if (options.method == CfarMethod::ordered_statistic) {
-        std::vector<double> scratch;
-        out.clutter = ordered_clutter(value, frame, options.rank, scratch);
+        out.clutter = ordered_clutter(value, frame, options.rank);
     } else {
         out.clutter = mean_clutter([&](const Span& r, const Span& c) { return plain_sum(value, r, c); }, frame, options.method);
     }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include <sarfocus/core/checks.hpp>
@@ -74,6 +74,15 @@ std::vector<Point> find_maxima(const ArrayView<const Sample, 2>& view, const Loc
     return out;
 }
 
+using Tile = std::pair<std::ptrdiff_t, std::ptrdiff_t>;
+
+struct TileHash {
+    std::size_t operator()(const Tile& tile) const {
+        // Neighbouring tiles must not collide: a large odd multiplier keeps the rows apart.
+        return static_cast<std::size_t>(tile.first) * 0x9E3779B97F4A7C15ULL + static_cast<std::size_t>(tile.second);
+    }
+};
+
 }  // namespace
 
 std::vector<Point> local_maxima(const ImageView& image, const LocalMaximaOptions& options, const ArrayView<const bool, 2>& mask) {
@@ -107,7 +116,7 @@ std::vector<Point> coalesce(std::vector<Point> points, HalfWidth half_width) {
     require_half_width(half_width);
     std::sort(points.begin(), points.end(), stronger);
     // Kept points by tiles of the size of the neighbourhood: whatever lies within reach is in one of nine.
-    std::map<std::pair<std::ptrdiff_t, std::ptrdiff_t>, std::vector<Point>> kept;
+    std::unordered_map<Tile, std::vector<Point>, TileHash> kept;
     const auto tile_of = [](std::ptrdiff_t position, std::ptrdiff_t reach) {
         const std::ptrdiff_t size = reach + 1;
         return position >= 0 ? position / size : -((-position + size - 1) / size);

@@ -4,6 +4,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .geometry import StripmapGeometry
+
 _Verdict: TypeAlias = Literal["clipped_by_edge", "broadened", "asymmetric", "high_sidelobes", "good"]
 
 class AxisResponse:
@@ -83,3 +85,13 @@ def psnr(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> float: ...
+def azimuth_ambiguity_offset(*, prf: float, wavelength: float, velocity: float, slant_range: float) -> float: ...
+def azimuth_ambiguity_ratio(
+    image: NDArray[np.complex64],
+    position: Sequence[float],
+    offsets: ArrayLike | None = None,
+    *,
+    geometry: StripmapGeometry | None = None,
+    measure: Literal["peak", "energy"] = "peak",
+    half_width: Sequence[int] = (8, 8),
+) -> tuple[float, NDArray[np.float64]]: ...
