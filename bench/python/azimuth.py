@@ -49,10 +49,8 @@ def main() -> None:
     theirs = best_of(lambda: numpy_compress(raw, geometry))
     expected = numpy_compress(raw, geometry)
     error = 20 * np.log10(np.linalg.norm(image - expected) / np.linalg.norm(expected))
-    print(f"azimuth_compress {shape[0]} x {shape[1]}: {1e3 * ours:.1f} ms, NumPy {1e3 * theirs:.1f} ms (ratio {theirs / ours:.1f})")
-    print(
-        f"difference from NumPy {error:.1f} dB; peak memory of the call {memory:.0f} MiB, the image of {image.nbytes / 2**20:.0f} MiB included"
-    )
+    print(f"azimuth_compress {shape[0]} x {shape[1]}: {1e3 * ours:.1f} ms, NumPy {1e3 * theirs:.1f} ms ({theirs / ours:.1f} times)")
+    print(f"difference from NumPy {error:.1f} dB; peak memory {memory:.0f} MiB, the image {image.nbytes / 2**20:.0f}")
 
 
 if __name__ == "__main__":
