@@ -1,11 +1,17 @@
 #include <string>
+#include <utility>
+#include <vector>
 
+#include <pybind11/native_enum.h>
 #include <pybind11/stl.h>
 
+#include <sarfocus/autofocus/gpga.hpp>
+#include <sarfocus/autofocus/pga.hpp>
 #include <sarfocus/autofocus/phase_estimate.hpp>
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "radar_arguments.hpp"
 
 namespace py = pybind11;
 
@@ -31,9 +37,130 @@ autofocus::PhaseEstimate estimate_phase(const py::object& lines, const std::stri
     return autofocus::estimate_phase(samples.view, options);
 }
 
+/// result.image beside what the library returns.
+struct PythonResult {
+    py::object image;
+    autofocus::Result result;
+};
+
+py::dict diagnostics(const autofocus::Result& result) {
+    py::list rounds;
+    for (const autofocus::Round& r : result.rounds) {
+        py::dict row;
+        row["stage"] = r.stage;
+        row["window"] = r.window;
+        row["points"] = r.points;
+        row["iterations"] = r.iterations;
+        row["update_rms"] = r.update_rms;
+        rounds.append(row);
+    }
+    py::dict score;
+    score["entropy_before"] = result.score.entropy_before;
+    score["entropy_after"] = result.score.entropy_after;
+    score["held_out_gain"] = result.score.held_out_gain;
+    score["held_out_noise"] = result.score.held_out_noise;
+    score["point_gain_db"] = result.score.point_gain_db;
+    score["improved"] = result.score.improved;
+    score["reason"] = result.score.reason;
+    py::dict timings;
+    for (const autofocus::Timing& t : result.timings) timings[py::str(t.phase)] = t.seconds;
+    py::dict out;
+    out["rounds"] = rounds;
+    out["score"] = score;
+    out["timings"] = timings;
+    out["threads"] = result.threads;
+    return out;
+}
+
+py::array_t<autofocus::StrongPoint> points(const autofocus::Result& result) {
+    return py::array_t<autofocus::StrongPoint>(static_cast<py::ssize_t>(result.points.size()), result.points.data());
+}
+
+autofocus::PointOptions point_options(const std::string& estimator, const std::vector<double>& coarse_windows, int coarse_points,
+                                      int fine_points, double minimum_contrast, int fine_rounds, double tolerance, bool do_no_harm,
+                                      int threads, const py::object& progress) {
+    autofocus::PointOptions options;
+    options.estimator = estimator_of(estimator);
+    options.coarse_windows = coarse_windows;
+    options.coarse_points = coarse_points;
+    options.fine_points = fine_points;
+    options.minimum_contrast = minimum_contrast;
+    options.fine_rounds = fine_rounds;
+    options.tolerance = tolerance;
+    options.do_no_harm = do_no_harm;
+    options.execution = execution(threads, progress);
+    return options;
+}
+
+PythonResult pga(const py::object& image, const std::string& estimator, const std::vector<double>& coarse_windows, int coarse_points,
+                 int fine_points, double minimum_contrast, int fine_rounds, double tolerance, bool do_no_harm, const py::object& out,
+                 int threads, const py::object& progress) {
+    const auto source = input<cfloat, 2>(image, "image");
+    const auto corrected = output<cfloat, 2>(out, source.view.extents(), &source.owner);
+    const auto options = point_options(estimator, coarse_windows, coarse_points, fine_points, minimum_contrast, fine_rounds, tolerance,
+                                       do_no_harm, threads, progress);
+    PythonResult answer;
+    {
+        const py::gil_scoped_release release;
+        answer.result = autofocus::pga(source.view, corrected.view, options);
+    }
+    answer.image = out.is_none() && answer.result.input_returned() ? image : py::object(corrected.owner);
+    return answer;
+}
+
+PythonResult gpga(const py::object& data, const py::object& positions, const geometry::ImageGrid& grid, const py::object& range_start,
+                  double range_spacing, double wavelength, const std::string& estimator, const std::vector<double>& coarse_windows,
+                  int coarse_points, int fine_points, double minimum_contrast, int fine_rounds, double tolerance, bool do_no_harm,
+                  const py::object& out, int threads, const py::object& progress) {
+    const auto samples = input<cfloat, 2>(data, "data");
+    const Positions centres = positions_of(positions);
+    const auto start = range_start_of(range_start);
+    const auto image = output<cfloat, 2>(out, grid.shape(), &samples.owner);
+    const auto options = point_options(estimator, coarse_windows, coarse_points, fine_points, minimum_contrast, fine_rounds, tolerance,
+                                       do_no_harm, threads, progress);
+    PythonResult answer;
+    {
+        const py::gil_scoped_release release;
+        answer.result = autofocus::gpga({samples.view, start.view, range_spacing, wavelength}, centres.view(), grid, image.view, options);
+    }
+    answer.image = image.owner;
+    return answer;
+}
+
 }  // namespace
 
 void bind_autofocus(py::module_ m) {
+    PYBIND11_NUMPY_DTYPE(autofocus::StrongPoint, azimuth, range, shift, weight, contrast);
+    const autofocus::PointOptions defaults;
+
+    py::native_enum<autofocus::Status>(m, "Status", "enum.Enum", "How an autofocus ended.")
+        .value("converged", autofocus::Status::converged)
+        .value("max_iterations", autofocus::Status::max_iterations)
+        .value("not_improved", autofocus::Status::not_improved)
+        .value("no_strong_points", autofocus::Status::no_strong_points)
+        .value("gaps", autofocus::Status::gaps)
+        .finalize();
+
+    py::class_<PythonResult>(m, "Result", "What an autofocus found and made.")
+        .def_readonly("image", &PythonResult::image,
+                      "complex64; the input itself, bit for bit, where the status is not_improved or no_strong_points.")
+        .def_property_readonly(
+            "phase_error", [](const PythonResult& r) { return to_numpy(r.result.phase_error); },
+            "float64, rad; the correction multiplied by exp(-1j * phase_error); zero where the input came back.")
+        .def_property_readonly(
+            "phase_std", [](const PythonResult& r) { return to_numpy(r.result.phase_std); },
+            "float64, rad, standard deviation of the estimate; nan where no aperture reaches.")
+        .def_property_readonly(
+            "estimate", [](const PythonResult& r) { return to_numpy(r.result.estimate); },
+            "float64, rad, the phase that was estimated, applied or not.")
+        .def_property_readonly("status", [](const PythonResult& r) { return r.result.status; })
+        .def_property_readonly(
+            "points", [](const PythonResult& r) { return points(r.result); },
+            "structured array: azimuth, range, shift (pixels), weight, contrast.")
+        .def_property_readonly(
+            "diagnostics", [](const PythonResult& r) { return diagnostics(r.result); }, "dict: rounds, score, timings, threads.")
+        .def("summary", [](const PythonResult& r) { return r.result.summary(); }, "A few lines for people.");
+
     py::class_<autofocus::PhaseEstimate>(m, "PhaseEstimate", "The phase common to a set of lines; see estimate_phase.")
         .def_property_readonly(
             "phase", [](const autofocus::PhaseEstimate& e) { return to_numpy(e.phase); }, "float64 [n_pulse], rad.")
@@ -72,6 +199,80 @@ PhaseEstimate
 Raises
 ------
 ShapeError, ValueError, NumericalError)");
+
+    m.def("pga", &pga, py::arg("image"), py::kw_only(), py::arg("estimator") = "ml", py::arg("coarse_windows") = defaults.coarse_windows,
+          py::arg("coarse_points") = defaults.coarse_points, py::arg("fine_points") = defaults.fine_points,
+          py::arg("minimum_contrast") = defaults.minimum_contrast, py::arg("fine_rounds") = defaults.fine_rounds,
+          py::arg("tolerance") = defaults.tolerance, py::arg("do_no_harm") = true, py::arg("out") = py::none(), py::arg("threads") = 0,
+          py::arg("progress") = py::none(),
+          R"(Phase gradient autofocus of a spotlight image.
+
+Parameters
+----------
+image : complex64 [n_azimuth, n_range]
+    Focused up to a phase error on its azimuth spectrum that all range gates share; any strides.
+estimator : {"ml", "gradient"}
+    Maximum likelihood, or the classic phase gradient.
+coarse_windows : sequence of float
+    Half widths of the windows of the coarse rounds, as shares of the aperture's bandwidth, 0 to 0.5.
+coarse_points, fine_points : int
+    Strong points of a coarse and, at most, of a fine round.
+minimum_contrast : float
+    Of a point of the fine rounds: peak power over the mean power of its history, times the number of pulses.
+fine_rounds, tolerance
+    At most so many; they end when the phase changes by less than this, rad RMS.
+do_no_harm : bool
+    Hand the input back where the score is not better.
+out : complex64 [n_azimuth, n_range], optional
+    Where the corrected image goes.
+threads, progress
+    As everywhere.
+
+Returns
+-------
+Result
+    phase_error and phase_std are over fftshift(fft(image, axis=0), axes=0).
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError)");
+    m.def("gpga", &gpga, py::arg("data"), py::arg("positions"), py::arg("grid"), py::kw_only(), py::arg("range_start"),
+          py::arg("range_spacing"), py::arg("wavelength"), py::arg("estimator") = "ml", py::arg("coarse_windows") = defaults.coarse_windows,
+          py::arg("coarse_points") = defaults.coarse_points, py::arg("fine_points") = defaults.fine_points,
+          py::arg("minimum_contrast") = defaults.minimum_contrast, py::arg("fine_rounds") = defaults.fine_rounds,
+          py::arg("tolerance") = defaults.tolerance, py::arg("do_no_harm") = true, py::arg("out") = py::none(), py::arg("threads") = 0,
+          py::arg("progress") = py::none(),
+          R"(Phase gradient autofocus by backprojection: one phase per pulse, any path, any grid.
+
+Parameters
+----------
+data, positions, grid, range_start, range_spacing, wavelength
+    As for `backproject`.
+estimator : {"ml", "gradient"}
+    Maximum likelihood, or the classic phase gradient.
+coarse_windows : sequence of float
+    Half widths of the windows of the coarse rounds, as shares of the aperture's bandwidth, 0 to 0.5.
+coarse_points, fine_points : int
+    Strong points of a coarse and, at most, of a fine round.
+minimum_contrast : float
+    Of a point of the fine rounds: peak power over the mean power of its history, times the number of pulses.
+fine_rounds, tolerance
+    At most so many; they end when the phase changes by less than this, rad RMS.
+do_no_harm : bool
+    Hand the input back where the score is not better.
+out : complex64 [grid.shape], optional
+    Where the image goes.
+threads, progress
+    As everywhere.
+
+Returns
+-------
+Result
+    phase_error and phase_std are over the pulses; image is formed from data * exp(-1j * phase_error)[:, None].
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
 }
 
 }  // namespace sarfocus::python

@@ -2,7 +2,7 @@
 
 from . import detect, quality, signal, simulate
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
-from ._core.autofocus import PhaseEstimate, estimate_phase
+from ._core.autofocus import PhaseEstimate, Result, Status, estimate_phase, gpga, pga
 from ._core.focus import (
     RangeCompressed,
     azimuth_compress,
@@ -22,7 +22,9 @@ __all__ = [
     "NumericalError",
     "PhaseEstimate",
     "RangeCompressed",
+    "Result",
     "ShapeError",
+    "Status",
     "StripmapGeometry",
     "__version__",
     "azimuth_compress",
@@ -32,6 +34,8 @@ __all__ = [
     "compress_frequency",
     "detect",
     "estimate_phase",
+    "gpga",
+    "pga",
     "project",
     "quality",
     "range_compress",

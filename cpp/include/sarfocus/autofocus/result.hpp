@@ -1,0 +1,72 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <sarfocus/core/export.hpp>
+
+namespace sarfocus::autofocus {
+
+enum class Status {
+    converged,         ///< the last round changed the phase by less than the tolerance, and the score says the image is better
+    max_iterations,    ///< the image is better, but the rounds ended before the phase stood still
+    not_improved,      ///< no better than the input within the score's noise: the input is handed back, bit for bit
+    no_strong_points,  ///< nothing to estimate from: the input is handed back, bit for bit
+    gaps               ///< better where apertures reach; parts of the aperture have no strong point
+};
+
+[[nodiscard]] SARFOCUS_API const char* status_text(Status status);
+
+/// A scatterer that the estimate rests on.
+struct StrongPoint {
+    double azimuth = 0.0;   ///< pixel, fractional, in the corrected image
+    double range = 0.0;     ///< pixel, fractional
+    double shift = 0.0;     ///< azimuth pixels by which the correction moves it; zero where one linear phase for all is the gauge
+    double weight = 0.0;    ///< its share of the information; all add up to one
+    double contrast = 0.0;  ///< peak power over the mean power of its history, times the number of pulses: 1 for noise
+};
+
+/// One round of the estimation, for the report.
+struct Round {
+    std::string stage;        ///< "coarse" or "fine"
+    double window = 0.0;      ///< half width of the window, as a share of the aperture's bandwidth; 1: none
+    int points = 0;           ///< used
+    int iterations = 0;       ///< of the alternation
+    double update_rms = 0.0;  ///< rad, by which the phase changed
+};
+
+/// Why a result was taken or refused.
+struct Score {
+    double entropy_before = 0.0;  ///< nat, of the strong range gates or the whole image
+    double entropy_after = 0.0;
+    double held_out_gain = 0.0;   ///< nat, gain in log sharpness where the phase came from the other half of the scene
+    double held_out_noise = 0.0;  ///< nat, what chance would give
+    double point_gain_db = 0.0;   ///< mean gain of the strong points' peaks
+    bool improved = false;
+    std::string reason;  ///< one sentence
+};
+
+struct Timing {
+    std::string phase;
+    double seconds = 0.0;
+};
+
+/// What every autofocus of the library returns beside the image, which goes into the caller's memory.
+struct Result {
+    std::vector<double> phase_error;  ///< rad; the correction multiplied by exp(-j phase_error). Zero where the input was handed back
+    std::vector<double> phase_std;    ///< rad, of phase_error; nan where no aperture reaches
+    std::vector<double> estimate;     ///< rad, what was estimated, whether or not it was applied
+    Status status = Status::no_strong_points;
+    std::vector<StrongPoint> points;
+    std::vector<Round> rounds;
+    Score score;
+    std::vector<Timing> timings;
+    int threads = 0;
+
+    /// True where the caller's image holds the input itself.
+    [[nodiscard]] bool input_returned() const { return status == Status::not_improved || status == Status::no_strong_points; }
+    /// A few lines for people.
+    [[nodiscard]] SARFOCUS_API std::string summary() const;
+};
+
+}  // namespace sarfocus::autofocus

@@ -1,0 +1,290 @@
+#include "point_engine.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+#include <sarfocus/fft/plan.hpp>
+
+#include "score.hpp"
+#include "strong_points.hpp"
+
+namespace sarfocus::autofocus::detail {
+namespace {
+
+using Phase = std::vector<double>;
+
+double rms(const Phase& values) {
+    double sum = 0.0;
+    for (const double v : values) sum += v * v;
+    return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+Phase wrapped_difference(const Phase& a, const Phase& b) {
+    Phase out(a.size());
+    double last = 0.0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+        last += std::remainder(a[k] - b[k] - last, two_pi);
+        out[k] = last;
+    }
+    remove_linear(out);
+    return out;
+}
+
+void add(Phase& phase, const Phase& update) {
+    for (std::size_t k = 0; k < phase.size(); ++k) phase[k] += update[k];
+    remove_linear(phase);
+}
+
+void take_out(const Phase& phase, Array<cfloat, 2>& lines) {
+    std::vector<cfloat> rotation(phase.size());
+    for (std::size_t k = 0; k < phase.size(); ++k) rotation[k] = cfloat(std::polar(1.0, -phase[k]));
+    for (std::ptrdiff_t n = 0; n < lines.extent(0); ++n)
+        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) lines(n, k) *= rotation[static_cast<std::size_t>(k)];
+}
+
+// Keeps what changes by at most `share` of the pulse rate over the aperture: in the image, a window round the point.
+void low_pass(Array<cfloat, 2>& lines, double share, const Execution& execution) {
+    const std::ptrdiff_t n_pulse = lines.extent(1);
+    const std::ptrdiff_t length = fft::good_size(2 * n_pulse);  // zeros behind, so that the two ends do not leak into each other
+    const fft::Plan<float> forward(length, fft::Direction::forward);
+    const fft::Plan<float> inverse(length, fft::Direction::inverse);
+    const auto keep = static_cast<std::ptrdiff_t>(std::lround(share * static_cast<double>(length)));
+    const float scale = 1.0f / static_cast<float>(length);
+    parallel_for(execution, "window", lines.extent(0), [&](std::int64_t n) {
+        Array<cfloat, 1> line({length});
+        std::copy_n(lines.data() + n * n_pulse, n_pulse, line.data());
+        forward.execute(line.data());
+        for (std::ptrdiff_t f = keep + 1; f < length - keep; ++f) line(f) = {};
+        inverse.execute(line.data());
+        for (std::ptrdiff_t k = 0; k < n_pulse; ++k) lines(n, k) = line(k) * scale;
+    });
+}
+
+// P |A|^2 / mean |b|^2 with the phase taken out: one for noise, P for a point alone.
+double contrast_of(const cfloat* line, const Phase& phase) {
+    cdouble sum{};
+    double power = 0.0;
+    for (std::size_t k = 0; k < phase.size(); ++k) {
+        sum += cdouble(line[k]) * std::polar(1.0, -phase[k]);
+        power += std::norm(cdouble(line[k]));
+    }
+    return power > 0.0 ? std::norm(sum) / power : 0.0;
+}
+
+class Stopwatch {
+public:
+    explicit Stopwatch(std::vector<Timing>& timings) : timings_(timings) {}
+    void lap(const char* phase) {
+        const auto now = std::chrono::steady_clock::now();
+        const double seconds = std::chrono::duration<double>(now - last_).count();
+        last_ = now;
+        for (Timing& t : timings_)
+            if (t.phase == phase) {
+                t.seconds += seconds;
+                return;
+            }
+        timings_.push_back({phase, seconds});
+    }
+
+private:
+    std::vector<Timing>& timings_;
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// Histories that the fine estimate rests on, with what is needed to judge it.
+struct FineLines {
+    std::vector<Pixel> points;
+    std::vector<double> contrast;
+    Array<cfloat, 2> lines;
+};
+
+// What a run of all rounds ends with.
+struct Estimate {
+    Phase phase;
+    FineLines fine;
+    PhaseEstimate last;
+    bool settled = false;
+};
+
+class Engine {
+public:
+    Engine(PointSource& source, const PointOptions& options, Result& result)
+        : source_(source), options_(options), result_(result), watch_(result.timings), image_({source.shape()[0], source.shape()[1]}) {}
+
+    void run() {
+        source_.form(Phase(static_cast<std::size_t>(source_.n_pulse()), 0.0), image_.view(), options_.execution);
+        watch_.lap("form");
+        cell_ = cell_size(image_.view(), source_);
+        const Halves halves(source_, cell_);
+        const Estimate all = estimate(everywhere);
+        result_.estimate = all.phase;
+        result_.phase_std = all.last.phase_std;
+        list_points(all);
+        if (all.fine.points.empty()) {
+            result_.score.reason = "no strong point was found";
+            result_.status = Status::no_strong_points;
+            return;
+        }
+        if (options_.do_no_harm)
+            judge_on_halves(all, halves);
+        else
+            result_.score.reason = "applied without judging, as asked";
+        const bool applied = result_.score.improved || !options_.do_no_harm;
+        result_.status = !applied ? Status::not_improved : (all.settled ? Status::converged : Status::max_iterations);
+    }
+
+private:
+    static constexpr int everywhere = -1;
+
+    // All rounds, with the points of one half of the scene or of all of it.
+    [[nodiscard]] Estimate estimate(int half) {
+        Estimate out;
+        out.phase.assign(static_cast<std::size_t>(source_.n_pulse()), 0.0);
+        for (const double window : options_.coarse_windows) coarse_round(out, window, half);
+        for (int round = 0; round < options_.fine_rounds && !out.settled; ++round) fine_round(out, half);
+        return out;
+    }
+
+    [[nodiscard]] std::vector<Pixel> choose(const Phase& phase, int count, double separation_cells, int half) {
+        source_.form(phase, image_.view(), options_.execution);
+        watch_.lap("form");
+        const Halves halves(source_, cell_);
+        auto points = strongest_points(image_.view(), source_, count, {separation_cells * cell_.azimuth, separation_cells * cell_.range},
+                                       [&](std::ptrdiff_t i, std::ptrdiff_t j) { return half == everywhere || halves.of(i, j) == half; });
+        watch_.lap("choose points");
+        return points;
+    }
+
+    [[nodiscard]] Array<cfloat, 2> histories(const std::vector<Pixel>& points) {
+        Array<cfloat, 2> lines({static_cast<std::ptrdiff_t>(points.size()), source_.n_pulse()});
+        source_.histories(points, lines.view(), options_.execution);
+        watch_.lap("histories");
+        return lines;
+    }
+
+    void note(int half, Round round) {
+        if (half == everywhere) result_.rounds.push_back(std::move(round));
+    }
+
+    void coarse_round(Estimate& so_far, double window, int half) {
+        const std::vector<Pixel> points = choose(so_far.phase, options_.coarse_points, options_.coarse_separation, half);
+        if (points.empty()) return;
+        Array<cfloat, 2> lines = histories(points);
+        take_out(so_far.phase, lines);
+        low_pass(lines, window, options_.execution);
+        PhaseEstimateOptions how;
+        how.estimator = options_.estimator;
+        how.max_iterations = 30;  // a start for the fine rounds, not a result
+        how.tolerance = 1e-3;
+        how.noise_floor = options_.coarse_noise_floor;
+        how.execution = options_.execution;
+        const PhaseEstimate update = estimate_phase(lines.view(), how);
+        add(so_far.phase, update.phase);
+        note(half, {"coarse", window, static_cast<int>(points.size()), update.iterations, rms(update.phase)});
+        watch_.lap("estimate");
+    }
+
+    void fine_round(Estimate& so_far, int half) {
+        so_far.fine = fine_lines(so_far.phase, half);
+        so_far.settled = so_far.fine.points.empty();
+        if (so_far.settled) return;
+        PhaseEstimateOptions how;
+        how.estimator = options_.estimator;
+        how.max_iterations = 50;
+        how.tolerance = 1e-3;
+        how.linear_terms = false;  // the points are placed to a fraction of a pixel in every round
+        how.noise_floor = options_.fine_noise_floor;
+        if (options_.estimator == Estimator::maximum_likelihood) how.initial_phase = so_far.phase;
+        how.execution = options_.execution;
+        so_far.last = estimate_phase(so_far.fine.lines.view(), how);
+        const Phase update = wrapped_difference(so_far.last.phase, so_far.phase);
+        add(so_far.phase, update);
+        so_far.settled = rms(update) < options_.tolerance;
+        note(half, {"fine", 1.0, static_cast<int>(so_far.fine.points.size()), so_far.last.iterations, rms(update)});
+        watch_.lap("estimate");
+    }
+
+    // The histories of the points that stand out, the strongest maxima first asked.
+    [[nodiscard]] FineLines fine_lines(const Phase& phase, int half) {
+        FineLines out;
+        const std::vector<Pixel> points = choose(phase, options_.fine_points, options_.fine_separation, half);
+        if (points.empty()) return out;
+        const Array<cfloat, 2> all = histories(points);
+        std::vector<double> contrast(points.size());
+        parallel_for(options_.execution, "weigh points", static_cast<std::int64_t>(points.size()),
+                     [&](std::int64_t n) { contrast[static_cast<std::size_t>(n)] = contrast_of(all.data() + n * all.extent(1), phase); });
+        std::vector<std::size_t> order(points.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return contrast[a] > contrast[b]; });
+        const auto strong = std::count_if(contrast.begin(), contrast.end(), [&](double c) { return c >= options_.minimum_contrast; });
+        order.resize(
+            std::min(points.size(), std::max(static_cast<std::size_t>(strong), static_cast<std::size_t>(options_.minimum_points))));
+        std::sort(order.begin(), order.end());
+        out.lines = Array<cfloat, 2>({static_cast<std::ptrdiff_t>(order.size()), all.extent(1)});
+        for (std::size_t n = 0; n < order.size(); ++n) {
+            out.points.push_back(points[order[n]]);
+            out.contrast.push_back(contrast[order[n]]);
+            std::copy_n(all.data() + static_cast<std::ptrdiff_t>(order[n]) * all.extent(1), all.extent(1),
+                        out.lines.data() + static_cast<std::ptrdiff_t>(n) * all.extent(1));
+        }
+        watch_.lap("choose points");
+        return out;
+    }
+
+    void list_points(const Estimate& all) {
+        std::vector<double> information;
+        double total = 0.0;
+        for (std::size_t n = 0; n < all.fine.points.size(); ++n) {
+            const double signal = all.last.signal_power[n];
+            const double noise = std::max(all.last.noise_power[n], options_.fine_noise_floor * (all.last.noise_power[n] + signal));
+            information.push_back(noise > 0.0 ? signal / noise : 0.0);
+            total += information.back();
+        }
+        for (std::size_t n = 0; n < all.fine.points.size(); ++n) {
+            const Pixel& p = all.fine.points[n];
+            const double range = source_.fractional_columns() ? p.column : static_cast<double>(source_.range_gate(std::lround(p.column)));
+            result_.points.push_back({p.azimuth, range, 0.0, total > 0.0 ? information[n] / total : 0.0, all.fine.contrast[n]});
+        }
+    }
+
+    // Each half of the scene is judged with the phase that the other half's points gave, from the first round on.
+    void judge_on_halves(const Estimate& all, const Halves& halves) {
+        const auto shape = source_.shape();
+        Array<cfloat, 2> before({shape[0], shape[1]});
+        Array<cfloat, 2> from_first({shape[0], shape[1]});
+        Array<cfloat, 2> from_second({shape[0], shape[1]});
+        source_.form(estimate(0).phase, from_first.view(), options_.execution);
+        source_.form(estimate(1).phase, from_second.view(), options_.execution);
+        source_.form(all.phase, image_.view(), options_.execution);
+        source_.form(Phase(all.phase.size(), 0.0), before.view(), options_.execution);
+        result_.score = judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, all.fine.points);
+        watch_.lap("judge");
+    }
+
+    PointSource& source_;
+    const PointOptions& options_;
+    Result& result_;
+    Stopwatch watch_;
+    Array<cfloat, 2> image_;
+    CellSize cell_;
+};
+
+}  // namespace
+
+Result estimate_from_points(PointSource& source, const PointOptions& options) {
+    options.validate();
+    Result result;
+    result.threads = resolve_threads(options.execution.threads);
+    Engine(source, options, result).run();
+    return result;
+}
+
+}  // namespace sarfocus::autofocus::detail

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/execution.hpp>
+
+namespace sarfocus::autofocus::detail {
+
+/// A place in the image that a source forms, fractional pixels.
+struct Pixel {
+    double azimuth = 0.0;
+    double column = 0.0;
+};
+
+/// Where the point methods take their histories from: an image's azimuth spectrum (pga) or phase history (gpga). The sum of a point's
+/// history over the pulses is the image at that point.
+class PointSource {
+public:
+    PointSource() = default;
+    virtual ~PointSource() = default;
+    PointSource(const PointSource&) = delete;
+    PointSource& operator=(const PointSource&) = delete;
+
+    [[nodiscard]] virtual std::ptrdiff_t n_pulse() const = 0;
+    /// Of the image that `form` makes; its columns are range gates.
+    [[nodiscard]] virtual std::array<std::ptrdiff_t, 2> shape() const = 0;
+    /// Range gate of a column; columns of successive gates are neighbours.
+    [[nodiscard]] virtual std::ptrdiff_t range_gate(std::ptrdiff_t column) const = 0;
+    /// True where columns may be interpolated between.
+    [[nodiscard]] virtual bool fractional_columns() const = 0;
+    /// True where the pixels are single points, without neighbours.
+    [[nodiscard]] virtual bool is_list() const = 0;
+
+    /// The image with exp(-j phase) on the pulses. image: [shape()].
+    virtual void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) = 0;
+    /// The histories of points, no phase taken out. histories: [n_point, n_pulse].
+    virtual void histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) = 0;
+};
+
+}  // namespace sarfocus::autofocus::detail

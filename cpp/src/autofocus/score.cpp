@@ -1,0 +1,118 @@
+#include "score.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <sarfocus/core/constants.hpp>
+
+namespace sarfocus::autofocus::detail {
+namespace {
+
+struct Moments {
+    double pixels = 0.0;
+    double power = 0.0;
+    double square = 0.0;
+    double power_log = 0.0;
+
+    void add(cfloat pixel) {
+        const double intensity = std::norm(cdouble(pixel));
+        pixels += 1.0;
+        power += intensity;
+        square += intensity * intensity;
+        if (intensity > 0.0) power_log += intensity * std::log(intensity);
+    }
+    // Of the normalised intensity, nat [Xie2023, eq. 23].
+    [[nodiscard]] double entropy() const { return power > 0.0 ? std::log(power) - power_log / power : 0.0; }
+    // log(sum I^2 / (sum I)^2): rises with focus, blind to scale.
+    [[nodiscard]] double log_sharpness() const { return square > 0.0 ? std::log(square) - 2.0 * std::log(power) : 0.0; }
+};
+
+Moments moments(const ImageView& image, const Halves& halves, int half) {
+    Moments out;
+    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j)
+            if (half < 0 || halves.of(i, j) == half) out.add(image(i, j));
+    return out;
+}
+
+double peak_near(const ImageView& image, const Pixel& point, const CellSize& reach) {
+    const auto i = static_cast<std::ptrdiff_t>(std::lround(point.azimuth));
+    const auto j = static_cast<std::ptrdiff_t>(std::lround(point.column));
+    const auto di = static_cast<std::ptrdiff_t>(std::ceil(reach.azimuth));
+    const auto dj = static_cast<std::ptrdiff_t>(std::ceil(reach.range));
+    double out = 0.0;
+    for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(i - di, 0); a <= std::min(i + di, image.extent(0) - 1); ++a)
+        for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(j - dj, 0); b <= std::min(j + dj, image.extent(1) - 1); ++b)
+            out = std::max(out, std::norm(cdouble(image(a, b))));
+    return out;
+}
+
+std::string sentence(const char* format, double a, double b) {
+    char text[200];
+    std::snprintf(text, sizeof text, format, a, b);
+    return text;
+}
+
+}  // namespace
+
+Halves::Halves(const PointSource& source, const CellSize& cell) {
+    const auto shape = source.shape();
+    for (std::ptrdiff_t j = 0; j < shape[1]; ++j) gate_.push_back(source.range_gate(j));
+    constexpr double cells_per_piece = 24.0;  // wider than a point's response with its sidelobes, many pieces in any image worth the name
+    range_piece_ = std::max<std::ptrdiff_t>(std::lround(source.fractional_columns() ? cells_per_piece * cell.range : 4.0 * cell.range), 1);
+    azimuth_piece_ = source.fractional_columns() ? std::max<std::ptrdiff_t>(std::lround(cells_per_piece * cell.azimuth), 1) : shape[0];
+}
+
+int Halves::of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const {
+    return static_cast<int>((azimuth / azimuth_piece_ + gate_[static_cast<std::size_t>(column)] / range_piece_) % 2);
+}
+
+Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const std::vector<Pixel>& points) {
+    Score score;
+    score.entropy_before = moments(trial.before, halves, -1).entropy();
+    score.entropy_after = moments(trial.after, halves, -1).entropy();
+
+    double worst = 0.0;
+    for (const int half : {0, 1}) {
+        const Moments before = moments(trial.before, halves, half);
+        const Moments after = moments(half == 0 ? trial.from_second : trial.from_first, halves, half);
+        const double gain = after.log_sharpness() - before.log_sharpness();
+        score.held_out_gain += 0.5 * gain;
+        worst = half == 0 ? gain : std::min(worst, gain);
+        // The log sharpness of n cells of speckle scatters by 1 / sqrt(n); a difference of two by sqrt(2) of that.
+        const double cells = std::max(before.pixels / (cell.azimuth * cell.range), 1.0);
+        score.held_out_noise += 0.25 * 2.0 / cells;
+    }
+    score.held_out_noise = std::sqrt(score.held_out_noise);
+
+    double gain = 0.0;
+    double count = 0.0;
+    for (const Pixel& point : points) {
+        const double before = peak_near(trial.before, point, cell);
+        const double after = peak_near(trial.after, point, cell);
+        if (before > 0.0 && after > 0.0) {
+            gain += 10.0 * std::log10(after / before);
+            count += 1.0;
+        }
+    }
+    score.point_gain_db = count > 0.0 ? gain / count : 0.0;
+
+    constexpr double sigmas = 3.0;
+    if (!(score.entropy_after < score.entropy_before))
+        score.reason = sentence("entropy did not fall (%.4f to %.4f nat)", score.entropy_before, score.entropy_after);
+    else if (!(score.held_out_gain > sigmas * score.held_out_noise))
+        score.reason = sentence("held-out sharpness rose by %.4f nat, less than three times its noise of %.4f", score.held_out_gain,
+                                score.held_out_noise);
+    else if (!(worst > -sigmas * score.held_out_noise))
+        score.reason = sentence("one half of the scene lost %.4f nat of sharpness (noise %.4f)", -worst, score.held_out_noise);
+    else if (!(score.point_gain_db >= 0.0))
+        score.reason = sentence("the strong points lost %.3f dB on average (%.3f expected at least)", -score.point_gain_db, 0.0);
+    else {
+        score.improved = true;
+        score.reason = sentence("held-out sharpness rose by %.4f nat (noise %.4f)", score.held_out_gain, score.held_out_noise);
+    }
+    return score;
+}
+
+}  // namespace sarfocus::autofocus::detail

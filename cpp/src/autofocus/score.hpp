@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <sarfocus/autofocus/result.hpp>
+#include <sarfocus/core/array_view.hpp>
+
+#include "point_source.hpp"
+#include "strong_points.hpp"
+
+namespace sarfocus::autofocus::detail {
+
+/// Two halves of the scene, each in pieces spread over it: whole range stripes for a source without neighbours across columns, else a
+/// checkerboard. A point of one half does not take part in the estimate that the other half's pixels are judged by.
+class Halves {
+public:
+    Halves(const PointSource& source, const CellSize& cell);
+    [[nodiscard]] int of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const;
+
+private:
+    std::vector<std::ptrdiff_t> gate_;
+    std::ptrdiff_t azimuth_piece_;
+    std::ptrdiff_t range_piece_;
+};
+
+/// The four images a decision needs, all [source.shape()].
+struct Trial {
+    ImageView before;      ///< no correction
+    ImageView after;       ///< the estimate from all points
+    ImageView from_first;  ///< the estimate from the points of half 0, which judges half 1
+    ImageView from_second;
+};
+
+/// Decides by three things, all of which must hold: entropy falls; sharpness rises on pixels whose own points had no say in the phase, by
+/// more than speckle would by chance; the strong points' peaks do not fall on average.
+[[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const std::vector<Pixel>& points);
+
+}  // namespace sarfocus::autofocus::detail

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <sarfocus/core/array_view.hpp>
+
+#include "point_source.hpp"
+
+namespace sarfocus::autofocus::detail {
+
+/// Pixels a resolution cell is wide along each axis, 1 to 16: from the correlation of neighbouring pixels, which for a flat spectrum over a
+/// share s of the sampling rate is sinc(s). A phase error on the spectrum does not change it.
+struct CellSize {
+    double azimuth = 1.0;
+    double range = 1.0;
+};
+[[nodiscard]] CellSize cell_size(const ImageView& image, const PointSource& source);
+
+/// The strongest local maxima, strongest first, no two within `separation` pixels (a box), with sub-pixel positions from a parabola through
+/// the logarithm of the intensity. At most `count`, of the pixels that `wanted` accepts.
+[[nodiscard]] std::vector<Pixel> strongest_points(const ImageView& image, const PointSource& source, int count, const CellSize& separation,
+                                                  const std::function<bool(std::ptrdiff_t azimuth, std::ptrdiff_t column)>& wanted);
+
+}  // namespace sarfocus::autofocus::detail
