@@ -102,18 +102,18 @@ private:
     // Unshifted transform bin of pulse p.
     [[nodiscard]] std::ptrdiff_t bin(std::ptrdiff_t p) const { return ((first_ + p) % n_azimuth_ + n_azimuth_) % n_azimuth_; }
 
-    // Occupied: power above -26 dB of the spectrum's upper level, smoothed over one part in 64. The largest gap is what is left out.
+    // Occupied: power above -20 dB of the spectrum's upper level, averaged over at least 64 samples. The largest gap is what is left out.
     void find_support() {
         std::vector<double> power(at(n_azimuth_), 0.0);
         for (std::ptrdiff_t c = 0; c < spectrum_.extent(0); ++c)
             for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) power[at(k)] += std::norm(cdouble(spectrum_(c, k)));
-        const std::ptrdiff_t half = n_azimuth_ / 128;
+        const std::ptrdiff_t half = std::min((64 / spectrum_.extent(0) + 1) / 2, n_azimuth_ / 32);
         std::vector<double> smooth(at(n_azimuth_), 0.0);
         for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k)
             for (std::ptrdiff_t d = -half; d <= half; ++d) smooth[at(k)] += power[at((k + d + n_azimuth_) % n_azimuth_)];
         std::vector<double> sorted = smooth;
         std::nth_element(sorted.begin(), sorted.begin() + (9 * n_azimuth_) / 10, sorted.end());
-        const double threshold = sorted[at((9 * n_azimuth_) / 10)] * std::pow(10.0, -2.6);
+        const double threshold = sorted[at((9 * n_azimuth_) / 10)] * 0.01;
         std::ptrdiff_t longest = 0;
         std::ptrdiff_t gap_end = 0;
         std::ptrdiff_t run = 0;

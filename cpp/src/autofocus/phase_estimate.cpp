@@ -61,10 +61,10 @@ public:
                 samples_[at(n)] += lines(n, k) != cfloat{} ? 1.0 : 0.0;
             }
             if (samples_[at(n)] > 0.0) power_[at(n)] /= samples_[at(n)];
-            weight_[at(n)] = power_[at(n)] > 0.0 ? 1.0 / power_[at(n)] : 0.0;
             total += power_[at(n)];
         }
         if (!(total > 0.0)) throw NumericalError("lines: expected samples other than zero, got all zero");
+        weigh_by_power();
     }
 
     void start_from(const std::vector<double>& phase) {
@@ -113,6 +113,16 @@ public:
     }
 
 private:
+    // To start with: a line with no more power than the weakest holds little but what surrounds every point.
+    void weigh_by_power() {
+        double least = std::numeric_limits<double>::infinity();
+        for (const double p : power_)
+            if (p > 0.0) least = std::min(least, p);
+        constexpr double background = 0.98;  // equal lines must keep equal weights above zero
+        for (std::size_t n = 0; n < power_.size(); ++n)
+            weight_[n] = power_[n] > 0.0 ? (1.0 - background * least / power_[n]) / power_[n] : 0.0;
+    }
+
     void set_rotation() {
         for (std::size_t k = 0; k < phase_.size(); ++k) rotation_[k] = std::polar(1.0, phase_[k]);
     }

@@ -255,6 +255,24 @@ private:
         }
     }
 
+    [[nodiscard]] Evidence evidence(const Estimate& all) const {
+        Evidence out;
+        out.points = all.fine.points;
+        for (std::size_t n = 0; n < out.points.size(); ++n) {
+            out.weight.push_back(result_.points[n].weight);
+            const double power = all.last.signal_power[n] + all.last.noise_power[n];
+            out.coherence.push_back(power > 0.0 ? all.last.signal_power[n] / power : 0.0);
+        }
+        double count = 0.0;
+        for (const double std : all.last.phase_std)
+            if (std::isfinite(std)) {
+                out.mean_variance += std * std;
+                count += 1.0;
+            }
+        if (count > 0.0) out.mean_variance /= count;
+        return out;
+    }
+
     // Each half of the scene is judged with the phase that the other half's points gave, from the first round on.
     void judge_on_halves(const Estimate& all, const Halves& halves) {
         const auto shape = source_.shape();
@@ -265,7 +283,7 @@ private:
         source_.form(estimate(1).phase, from_second.view(), options_.execution);
         source_.form(all.phase, image_.view(), options_.execution);
         source_.form(Phase(all.phase.size(), 0.0), before.view(), options_.execution);
-        result_.score = judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, all.fine.points);
+        result_.score = judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, evidence(all));
         watch_.lap("judge");
     }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include <sarfocus/core/constants.hpp>
 
@@ -68,46 +69,90 @@ int Halves::of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const {
     return static_cast<int>((azimuth / azimuth_piece_ + gate_[static_cast<std::size_t>(column)] / range_piece_) % 2);
 }
 
-Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const std::vector<Pixel>& points) {
-    Score score;
-    score.entropy_before = moments(trial.before, halves, -1).entropy();
-    score.entropy_after = moments(trial.after, halves, -1).entropy();
+namespace {
 
-    double worst = 0.0;
+constexpr double sigmas = 3.0;
+
+// Gain in log sharpness of each half with the other half's phase; returns the smaller of the two.
+double held_out(const Trial& trial, const Halves& halves, const CellSize& cell, Score& score) {
+    double worst = std::numeric_limits<double>::infinity();
+    double variance = 0.0;
     for (const int half : {0, 1}) {
         const Moments before = moments(trial.before, halves, half);
         const Moments after = moments(half == 0 ? trial.from_second : trial.from_first, halves, half);
         const double gain = after.log_sharpness() - before.log_sharpness();
         score.held_out_gain += 0.5 * gain;
-        worst = half == 0 ? gain : std::min(worst, gain);
+        worst = std::min(worst, gain);
         // The log sharpness of n cells of speckle scatters by 1 / sqrt(n); a difference of two by sqrt(2) of that.
         const double cells = std::max(before.pixels / (cell.azimuth * cell.range), 1.0);
-        score.held_out_noise += 0.25 * 2.0 / cells;
+        variance += 0.25 * 2.0 / cells;
     }
-    score.held_out_noise = std::sqrt(score.held_out_noise);
+    score.held_out_noise = std::sqrt(variance);
+    return worst;
+}
 
+double mean_point_gain_db(const Trial& trial, const CellSize& cell, const Evidence& evidence) {
     double gain = 0.0;
-    double count = 0.0;
-    for (const Pixel& point : points) {
-        const double before = peak_near(trial.before, point, cell);
-        const double after = peak_near(trial.after, point, cell);
-        if (before > 0.0 && after > 0.0) {
-            gain += 10.0 * std::log10(after / before);
-            count += 1.0;
-        }
+    double weights = 0.0;
+    for (std::size_t n = 0; n < evidence.points.size(); ++n) {
+        const double before = peak_near(trial.before, evidence.points[n], cell);
+        const double after = peak_near(trial.after, evidence.points[n], cell);
+        if (!(before > 0.0 && after > 0.0)) continue;
+        gain += evidence.weight[n] * 10.0 * std::log10(after / before);
+        weights += evidence.weight[n];
     }
-    score.point_gain_db = count > 0.0 ? gain / count : 0.0;
+    return weights > 0.0 ? gain / weights : 0.0;
+}
 
-    constexpr double sigmas = 3.0;
+bool one_sided(const Halves& halves, const Evidence& evidence) {
+    double share = 0.0;
+    for (std::size_t n = 0; n < evidence.points.size(); ++n)
+        if (halves.of(std::lround(evidence.points[n].azimuth), std::lround(evidence.points[n].column)) == 0) share += evidence.weight[n];
+    constexpr double too_little = 0.1;
+    return std::min(share, 1.0 - share) < too_little;
+}
+
+// Judged by the points themselves, because the other half has none to speak of.
+void judge_alone(const Evidence& evidence, Score& score) {
+    double coherence = 0.0;
+    for (std::size_t n = 0; n < evidence.points.size(); ++n) coherence += evidence.weight[n] * evidence.coherence[n];
+    // Noise of any phase history reaches pi / 4 when every pulse is turned to the same phase; 0.9 is a signal 10 dB above its noise.
+    constexpr double steady = 0.9;
+    const double explained_db = 10.0 * std::log10(1.0 + sigmas * evidence.mean_variance);
+    if (!(coherence >= steady))
+        score.reason =
+            sentence("the few strong points are unsteady (coherence %.2f, %.2f needed) and no other part of the scene confirms them",
+                     coherence, steady);
+    else if (!(score.point_gain_db > explained_db))
+        score.reason =
+            sentence("the strong points gained %.3f dB, fitting their noise explains %.3f dB", score.point_gain_db, explained_db);
+    else {
+        score.improved = true;
+        score.reason = sentence("the few strong points, steady (coherence %.2f), gained %.2f dB", coherence, score.point_gain_db);
+    }
+}
+
+}  // namespace
+
+Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence) {
+    Score score;
+    score.entropy_before = moments(trial.before, halves, -1).entropy();
+    score.entropy_after = moments(trial.after, halves, -1).entropy();
+    const double worst = held_out(trial, halves, cell, score);
+    score.point_gain_db = mean_point_gain_db(trial, cell, evidence);
+
     if (!(score.entropy_after < score.entropy_before))
-        score.reason = sentence("entropy did not fall (%.4f to %.4f nat)", score.entropy_before, score.entropy_after);
+        score.reason = sentence("entropy did not fall: %.4f before, %.4f nat after", score.entropy_before, score.entropy_after);
+    else if (one_sided(halves, evidence))
+        judge_alone(evidence, score);
     else if (!(score.held_out_gain > sigmas * score.held_out_noise))
-        score.reason = sentence("held-out sharpness rose by %.4f nat, less than three times its noise of %.4f", score.held_out_gain,
+        score.reason = sentence("held-out sharpness changed by %+.4f nat, not above three times its noise of %.4f", score.held_out_gain,
                                 score.held_out_noise);
     else if (!(worst > -sigmas * score.held_out_noise))
         score.reason = sentence("one half of the scene lost %.4f nat of sharpness (noise %.4f)", -worst, score.held_out_noise);
     else if (!(score.point_gain_db >= 0.0))
-        score.reason = sentence("the strong points lost %.3f dB on average (%.3f expected at least)", -score.point_gain_db, 0.0);
+        score.reason = sentence("the strong points lost %.3f dB on average, though held-out sharpness rose by %.4f nat",
+                                -score.point_gain_db, score.held_out_gain);
     else {
         score.improved = true;
         score.reason = sentence("held-out sharpness rose by %.4f nat (noise %.4f)", score.held_out_gain, score.held_out_noise);

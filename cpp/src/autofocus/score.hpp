@@ -32,8 +32,18 @@ struct Trial {
     ImageView from_second;
 };
 
+/// What the estimate rests on.
+struct Evidence {
+    std::vector<Pixel> points;
+    std::vector<double> weight;     ///< shares of the information
+    std::vector<double> coherence;  ///< |A|^2 over mean power of each history, corrected: pi / 4 at most for noise alone
+    double mean_variance = 0.0;     ///< rad^2, of the estimated phase
+};
+
 /// Decides by three things, all of which must hold: entropy falls; sharpness rises on pixels whose own points had no say in the phase, by
-/// more than speckle would by chance; the strong points' peaks do not fall on average.
-[[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const std::vector<Pixel>& points);
+/// more than speckle would by chance; the strong points' peaks do not fall on average. Where nearly all information lies in one half, as
+/// with a single strong point, the second is replaced: the histories must be steadier than noise turned to any phase could be, and the
+/// peaks must rise by more than fitting their noise explains.
+[[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence);
 
 }  // namespace sarfocus::autofocus::detail
