@@ -1,8 +1,11 @@
-from collections.abc import Callable
-from typing import Literal
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from .geometry import ImageGrid
 
 class PhaseEstimate:
     @property
@@ -30,3 +33,63 @@ def estimate_phase(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> PhaseEstimate: ...
+
+class Status(Enum):
+    converged = 0
+    max_iterations = 1
+    not_improved = 2
+    no_strong_points = 3
+    gaps = 4
+
+class Result:
+    @property
+    def image(self) -> NDArray[np.complex64]: ...
+    @property
+    def phase_error(self) -> NDArray[np.float64]: ...
+    @property
+    def phase_std(self) -> NDArray[np.float64]: ...
+    @property
+    def estimate(self) -> NDArray[np.float64]: ...
+    @property
+    def status(self) -> Status: ...
+    @property
+    def points(self) -> NDArray[np.void]: ...
+    @property
+    def diagnostics(self) -> dict[str, Any]: ...
+    def summary(self) -> str: ...
+
+def pga(
+    image: NDArray[np.complex64],
+    *,
+    estimator: Literal["ml", "gradient"] = "ml",
+    coarse_windows: Sequence[float] = ...,
+    coarse_points: int = 100,
+    fine_points: int = 2000,
+    minimum_contrast: float = 12.0,
+    fine_rounds: int = 6,
+    tolerance: float = 0.005,
+    do_no_harm: bool = True,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Result: ...
+def gpga(
+    data: NDArray[np.complex64],
+    positions: ArrayLike | tuple[ArrayLike, ArrayLike],
+    grid: ImageGrid,
+    *,
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    estimator: Literal["ml", "gradient"] = "ml",
+    coarse_windows: Sequence[float] = ...,
+    coarse_points: int = 100,
+    fine_points: int = 2000,
+    minimum_contrast: float = 12.0,
+    fine_rounds: int = 6,
+    tolerance: float = 0.005,
+    do_no_harm: bool = True,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Result: ...
