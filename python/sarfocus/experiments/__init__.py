@@ -1,0 +1,30 @@
+"""The experiments behind ``sarfocus reproduce NAME``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from . import crlb
+from .model import Reproduction, Requirement
+
+Experiment = Callable[..., Reproduction]
+EXPERIMENTS: dict[str, Experiment] = {"crlb": crlb.run}
+PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {"crlb": crlb.draw}
+
+
+def run(name: str, **options: Any) -> Reproduction:
+    """Run an experiment.
+
+    Raises
+    ------
+    ValueError
+        There is none of that name; the message says which there are.
+    """
+    if name not in EXPERIMENTS:
+        raise ValueError(f"reproduce: no experiment {name!r}, expected one of: {', '.join(sorted(EXPERIMENTS))}")
+    return EXPERIMENTS[name](**options)
+
+
+__all__ = ["EXPERIMENTS", "PICTURES", "Reproduction", "Requirement", "run"]

@@ -1,0 +1,37 @@
+"""What an experiment returns: the format of ``sarfocus reproduce NAME --json``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Requirement(BaseModel):
+    """One bound and whether the run keeps it."""
+
+    model_config = ConfigDict(extra="forbid")
+    what: str
+    bound: float
+    value: float
+    holds: bool
+
+
+class Reproduction(BaseModel):
+    """An experiment that has been run."""
+
+    model_config = ConfigDict(extra="forbid")
+    name: str
+    parameters: dict[str, Any]
+    rows: list[dict[str, Any]]
+    required: list[Requirement]
+
+    @property
+    def holds(self) -> bool:
+        """Whether every requirement is met."""
+        return all(item.holds for item in self.required)
+
+
+def at_most(what: str, value: float, bound: float) -> Requirement:
+    """Return the requirement that `value` doesn't exceed `bound`."""
+    return Requirement(what=what, bound=bound, value=value, holds=bool(value <= bound))

@@ -1,0 +1,94 @@
+"""Autofocus as the command line and the demo run it: image in, image with everything that was found out."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from . import ImageGrid, backproject, gpga, measurement, pga
+from .grids import check_grid, resolution
+from .io import Image, PhaseHistory
+from .memory import require_image_memory
+from .plain import plain
+
+Progress = Callable[[str, int, int], None] | None
+
+
+@dataclasses.dataclass
+class Focused:
+    """The image after autofocus and what the method returned."""
+
+    image: Image
+    result: Any
+
+
+def form_image(history: PhaseHistory, grid: ImageGrid, *, threads: int = 0, progress: Progress = None) -> Image:
+    """Backproject a phase history onto a grid; the grid and the memory are checked first."""
+    check_grid(history, grid)
+    require_image_memory(grid.shape)
+    data = backproject(
+        history.data,
+        history.antenna,
+        grid,
+        range_start=history.range_start,
+        range_spacing=history.range_spacing,
+        wavelength=history.wavelength,
+        threads=threads,
+        progress=progress,
+    )
+    metadata: dict[str, Any] = {"wavelength": history.wavelength, "source": history.metadata.get("source")}
+    rows, columns = grid.shape
+    middle = np.asarray(grid.position(0.5 * (rows - 1), 0.5 * (columns - 1)))
+    return Image(data, grid=grid, metadata=metadata | {"resolution": plain(resolution(history, middle))})
+
+
+def focus_image(image: Image, *, threads: int = 0, progress: Progress = None) -> Focused:
+    """Run phase gradient autofocus on an image."""
+    started = time.perf_counter()
+    result = pga(image.data, threads=threads, progress=progress)
+    return focused(image, result, "pga", {"autofocus": time.perf_counter() - started}, threads)
+
+
+def focus_history(history: PhaseHistory, grid: ImageGrid, *, threads: int = 0, progress: Progress = None) -> Focused:
+    """Form the image as recorded, then run autofocus by backprojection on the phase history."""
+    require_image_memory(grid.shape, copies=2)
+    started = time.perf_counter()
+    before = form_image(history, grid, threads=threads, progress=progress)
+    formed = time.perf_counter()
+    result = gpga(
+        history.data,
+        history.antenna,
+        grid,
+        range_start=history.range_start,
+        range_spacing=history.range_spacing,
+        wavelength=history.wavelength,
+        threads=threads,
+        progress=progress,
+    )
+    seconds = {"form": formed - started, "autofocus": time.perf_counter() - formed}
+    return focused(before, result, "gpga", seconds, threads)
+
+
+def focused(before: Image, result: Any, method: str, seconds: dict[str, float], threads: int) -> Focused:
+    """Put what autofocus returned into an image, with the image before it and the figures of both."""
+    arrays = {
+        "before": before.data,
+        "phase_error": np.asarray(result.phase_error),
+        "phase_std": np.asarray(result.phase_std),
+        "points": np.asarray(result.points),
+    }
+    report = {
+        "method": method,
+        "status": plain(result.status),
+        "summary": result.summary(),
+        "before": measurement.whole_image(before.data, threads),
+        "after": measurement.whole_image(result.image, threads),
+        "seconds": seconds,
+        "diagnostics": plain(result.diagnostics),
+    }
+    image = dataclasses.replace(before, data=result.image, metadata=before.metadata | {"autofocus": report}, arrays=before.arrays | arrays)
+    return Focused(image, result)
