@@ -1,0 +1,80 @@
+"""``autofocus`` and ``measure``."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .. import measurement
+from ..focusing import focus_history, focus_image
+from ..grids import default_grid
+from ..io import Image, PhaseHistory, read, write
+from ..io.dispatch import writable
+from .files import read_history
+from .output import Centre, Json, Output, Size, Spacing, Threads, numbers, progress_bar, show, show_rows
+
+
+class Method(str, Enum):
+    """The methods of ``autofocus``."""
+
+    auto = "auto"
+    pga = "pga"
+    gpga = "gpga"
+
+
+Pixel = Annotated[Any, typer.Option("--at", parser=numbers(2, "azimuth,range in pixels"), metavar="AZ,RG", help="Pixel to measure at.")]
+
+
+def autofocus(
+    inputs: Annotated[list[Path], typer.Argument(help="An image, or a phase history (gpga).", metavar="INPUT...")],
+    *,
+    output: Output,
+    method: Annotated[Method, typer.Option(help="auto: pga for an image, gpga for a phase history.")] = Method.auto,
+    centre: Centre = None,
+    size: Size = None,
+    spacing: Spacing = None,
+    keep_before: Annotated[bool, typer.Option("--before/--no-before", help="Keep the image before autofocus in the result.")] = True,
+    threads: Threads = 0,
+    as_json: Json = False,
+) -> None:
+    """Estimate the phase error and write the image without it."""
+    target = writable(output)
+    item = read(inputs[0] if len(inputs) == 1 else inputs)
+    if method is Method.auto:
+        method = Method.gpga if isinstance(item, PhaseHistory) else Method.pga
+    if method is Method.pga and isinstance(item, PhaseHistory):
+        raise ValueError(f"{inputs[0]}: pga works on an image, got a phase history; use --method gpga, or form the image first")
+    if method is Method.gpga and isinstance(item, Image):
+        raise ValueError(f"{inputs[0]}: gpga works on a phase history, got an image; use --method pga")
+    with progress_bar() as progress:
+        if isinstance(item, Image):
+            focused = focus_image(item, threads=threads, progress=progress)
+        else:
+            grid = default_grid(read_history(inputs), centre=centre, size=size, spacing=spacing)
+            focused = focus_history(item, grid, threads=threads, progress=progress)
+    if not keep_before:
+        focused.image.arrays.pop("before", None)
+    write(target, focused.image)
+    show({"output": str(target)} | focused.image.metadata["autofocus"], as_json=as_json)
+
+
+def measure(
+    file: Annotated[Path, typer.Argument(help="An image.", metavar="IMAGE")],
+    at: Pixel = None,
+    count: Annotated[int, typer.Option("--count", min=1, help="How many strong points to look for.")] = 5,
+    threads: Threads = 0,
+    as_json: Json = False,
+) -> None:
+    """Measure entropy and contrast of an image, and the responses of its strong points."""
+    item = read(file)
+    if not isinstance(item, Image):
+        raise ValueError(f"{file}: expected an image, got a phase history; form the image first")
+    whole = measurement.whole_image(item.data, threads)
+    places = [at] if at is not None else measurement.strong_points(item.data, count)
+    points = [measurement.response_figures(measurement.response(item, place)) for place in places]
+    show({"file": str(file), "shape": list(item.data.shape)} | whole | {"points": points}, as_json=as_json)
+    if not as_json:
+        show_rows(points, "points" if points else "")

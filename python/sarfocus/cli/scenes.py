@@ -1,0 +1,70 @@
+"""``simulate``, ``reproduce`` and ``bench``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .. import benchmark, experiments
+from ..io import write
+from ..io.dispatch import writable
+from ..scenes import SCENES
+from .files import describe_history
+from .output import Json, Output, Threads, progress_bar, show, show_rows
+
+Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Of the random numbers; printed with the result.")]
+
+
+def simulate(
+    scene: Annotated[str, typer.Argument(help=f"Which scene: {', '.join(SCENES)}.")],
+    *,
+    output: Output,
+    seed: Seed = None,
+    error_rms: Annotated[float, typer.Option("--motion-error", min=0.0, help="RMS of the unrecorded motion, m; 0 for none.")] = 0.012,
+    threads: Threads = 0,
+    as_json: Json = False,
+) -> None:
+    """Write the phase history of a built-in scene, with a motion error that its recorded trajectory does not know."""
+    target = writable(output)
+    if scene not in SCENES:
+        raise typer.BadParameter(f"no scene {scene!r}, expected one of: {', '.join(SCENES)}")
+    with progress_bar() as progress:
+        options: dict[str, Any] = {"motion_rms": error_rms, "threads": threads, "progress": progress}
+        made = SCENES[scene](**options) if seed is None else SCENES[scene](seed=seed, **options)
+    write(target, made.history)
+    show({"output": str(target), "scene": scene} | describe_history(made.history), as_json=as_json)
+
+
+def reproduce(
+    name: Annotated[str, typer.Argument(help=f"Which experiment: {', '.join(experiments.EXPERIMENTS)}.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="A folder for pictures.")] = None,
+    seed: Seed = None,
+    threads: Threads = 0,
+    as_json: Json = False,
+) -> None:
+    """Run an experiment and say whether its requirements hold; exit status 1 where one does not."""
+    if output is not None:
+        output.mkdir(parents=True, exist_ok=True)
+    with progress_bar() as progress:
+        options: dict[str, Any] = {"threads": threads, "progress": progress} | ({} if seed is None else {"seed": seed})
+        result = experiments.run(name, **options)
+    payload = result.model_dump()
+    if output is not None and name in experiments.PICTURES:
+        experiments.PICTURES[name](result, output)
+    show({"name": result.name} | result.parameters if not as_json else payload, as_json=as_json)
+    if not as_json:
+        show_rows(result.rows)
+        show_rows([item.model_dump() for item in result.required], "required")
+    if not result.holds:
+        raise typer.Exit(1)
+
+
+def bench(threads: Threads = 0, as_json: Json = False) -> None:
+    """Time the kernels on small problems, each with its error beside its speed."""
+    with progress_bar() as progress:
+        rows = benchmark.run(threads=threads, progress=progress)
+    show({"rows": rows}, as_json=as_json)
+    if not as_json:
+        show_rows(rows)
