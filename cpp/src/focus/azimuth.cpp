@@ -24,7 +24,7 @@ using geometry::StripmapGeometry;
 
 // A block of gates stays in the second-level cache from load to store; eight complex64 gates are one cache line of a row-major image.
 constexpr std::ptrdiff_t block_bytes = 1 << 20;
-constexpr std::ptrdiff_t gates_of_a_line = 8;
+constexpr std::ptrdiff_t samples_of_a_line = 8;
 constexpr std::ptrdiff_t piece = 256;
 
 // (f - fdc)^2 of every bin, Hz^2.
@@ -70,7 +70,8 @@ public:
     }
 
 private:
-    // In the order in which the image lies in memory; the pitch keeps the lines of a block out of each other's cache sets.
+    // In the order in which the image lies in memory, a cache line of every gate at a time; the pitch keeps the gates out of each other's
+    // cache sets.
     template <class View, class Move>
     void walk(const View& image, const Move& move) {
         const std::ptrdiff_t gates = image.extent(1);
@@ -78,8 +79,9 @@ private:
             for (std::ptrdiff_t g = 0; g < gates; ++g)
                 for (std::ptrdiff_t i = 0; i < n_; ++i) move(image(i, g), i, g);
         } else {
-            for (std::ptrdiff_t i = 0; i < n_; ++i)
-                for (std::ptrdiff_t g = 0; g < gates; ++g) move(image(i, g), i, g);
+            for (std::ptrdiff_t begin = 0; begin < n_; begin += samples_of_a_line)
+                for (std::ptrdiff_t g = 0; g < gates; ++g)
+                    for (std::ptrdiff_t i = begin; i < std::min(begin + samples_of_a_line, n_); ++i) move(image(i, g), i, g);
         }
     }
 
@@ -90,7 +92,7 @@ private:
 
 std::ptrdiff_t gates_of_a_block(std::ptrdiff_t n) {
     const std::ptrdiff_t fitting = block_bytes / (static_cast<std::ptrdiff_t>(sizeof(cfloat)) * n);
-    return std::clamp(fitting / gates_of_a_line * gates_of_a_line, gates_of_a_line, 8 * gates_of_a_line);
+    return std::clamp(fitting / samples_of_a_line * samples_of_a_line, samples_of_a_line, 8 * samples_of_a_line);
 }
 
 // The transform of either sense; sign: that of the phase.
