@@ -338,6 +338,18 @@ def test_bad_gotcha_fields(tmp_path, change, says):
     assert_one_line(error)
 
 
+def test_rounded_reference_ranges_are_computed_anew(tmp_path):
+    """r0 equal to the distance up to single precision: the distance counts; r0 that means something else counts as it is."""
+    struct = gotcha_struct()
+    distance = np.linalg.norm(np.concatenate([struct[name] for name in "xyz"]).astype(float), axis=0)
+    for offset, expected in ((0.0, distance), (1.5, (distance + 1.5).astype(np.float32).astype(float))):
+        rounded = (distance + offset).astype(np.float32)[None, :]
+        scipy.io.savemat(tmp_path / "a.mat", {"data": struct | {"r0": rounded}})
+        start = read(tmp_path / "a.mat").range_start
+        # Ranges of 10 km in float64, sums of a few of them.
+        np.testing.assert_allclose(start - start[0], expected - expected[0], rtol=0, atol=1e-10)
+
+
 def test_gotcha_files_of_different_frequencies_are_not_joined(tmp_path):
     struct = gotcha_struct()
     scipy.io.savemat(tmp_path / "a.mat", {"data": struct})

@@ -13,7 +13,7 @@ import scipy.io
 
 from .. import ShapeError, compress_frequency
 from .errors import FormatError, reading
-from .model import PhaseHistory, require_complex
+from .model import FloatArray, PhaseHistory, require_complex
 
 NEEDED = ("fp", "freq", "x", "y", "z", "r0")
 SCENE_SIZE = (100.0, 100.0)  # m, azimuth and range: the useful scene round the origin
@@ -72,9 +72,26 @@ def _load(path: Path) -> dict[str, npt.NDArray[Any]]:
     return {"fp": history, "freq": values["freq"].astype(np.float64), "positions": positions, "r0": values["r0"].astype(np.float64)}
 
 
+def reference_range(positions: FloatArray, r0: FloatArray) -> FloatArray:
+    """Return the range to which every pulse was compensated: the distance of the antenna from the scene centre, m.
+
+    The files hold positions and that distance, r0, in single precision: at 10 km steps of 0.5 and 1 mm, 0.13 rad RMS of phase at X band
+    when taken apart. With the distance computed from the positions as they are given, the two roundings cancel at the scene centre. Where
+    r0 differs by more than rounding it means something else, and counts as it is.
+    """
+    distance = np.linalg.norm(positions, axis=1)
+    rounding = np.finfo(np.float32).eps * distance
+    return distance if bool(np.all(np.abs(distance - r0) <= 2.0 * rounding)) else r0
+
+
 def _history(joined: dict[str, npt.NDArray[Any]], frequency: npt.NDArray[np.float64], sources: list[str]) -> PhaseHistory:
     spacing = (frequency[-1] - frequency[0]) / (frequency.size - 1)
-    compressed = compress_frequency(joined["fp"], frequency_start=frequency[0], frequency_spacing=spacing, reference_range=joined["r0"])
+    compressed = compress_frequency(
+        joined["fp"],
+        frequency_start=frequency[0],
+        frequency_spacing=spacing,
+        reference_range=reference_range(joined["positions"], joined["r0"]),
+    )
     metadata = {
         "source": sources,
         "scene_centre": [0.0, 0.0, 0.0],
