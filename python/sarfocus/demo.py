@@ -31,7 +31,8 @@ def run(folder: Path, *, seed: int = scenes.SEED, threads: int = 0, progress: Pr
     flown = dataclasses.replace(scene.history, positions=scene.true_positions)
     ideal = form_image(flown, scene.grid, threads=threads, progress=progress)
     image = with_truth(focused.image, scene, ideal)
-    image.metadata["autofocus"]["seconds"]["simulate"] = simulated - started
+    seconds = image.metadata["autofocus"]["seconds"]
+    image.metadata["autofocus"]["seconds"] = {"simulate": simulated - started} | seconds
     page = build(
         image,
         title="sarfocus: a spotlight scene brought into focus",

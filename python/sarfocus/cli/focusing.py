@@ -58,7 +58,9 @@ def autofocus(
     if not keep_before:
         focused.image.arrays.pop("before", None)
     write(target, focused.image)
-    show({"output": str(target)} | focused.image.metadata["autofocus"], as_json=as_json)
+    found = focused.image.metadata["autofocus"]
+    shown = found if as_json else {name: value for name, value in found.items() if name != "diagnostics"}
+    show({"output": str(target)} | shown, as_json=as_json)
 
 
 def measure(

@@ -1,0 +1,137 @@
+"""The page and its figures: self-contained, complete, and honest about what is missing."""
+
+import html.parser
+import io
+import json
+import re
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from pydantic import ValidationError
+
+from sarfocus import scenes
+from sarfocus.cli import main
+from sarfocus.io import Image, read
+from sarfocus.report import Report, Section, Table, figures, render, write_page
+from sarfocus.report.build import build
+
+
+class Checker(html.parser.HTMLParser):
+    """Collects addresses and looks for tags that are not closed."""
+
+    VOID = frozenset({"meta", "img", "br", "hr", "link", "input"})
+
+    def __init__(self):
+        super().__init__()
+        self.addresses, self.open = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.addresses += [value for name, value in attrs if name in ("src", "href")]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def checked(page):
+    checker = Checker()
+    checker.feed(page)
+    checker.close()
+    assert checker.open == []
+    return checker.addresses
+
+
+def image_with_points(seed=1, shape=(160, 140)):
+    generator = np.random.default_rng(seed)
+    data = 0.01 * (generator.standard_normal(shape) + 1j * generator.standard_normal(shape))
+    rows, columns = np.arange(shape[0])[:, None], np.arange(shape[1])[None, :]
+    for i, j in ((40.0, 50.0), (80.3, 100.2), (120.0, 60.0)):
+        data += np.sinc((rows - i) / 2) * np.sinc((columns - j) / 2)
+    return data.astype(np.complex64)
+
+
+def test_page_needs_nothing_else():
+    result = Image(image_with_points(), azimuth_spacing=0.2, range_spacing=0.3, arrays={"before": image_with_points(2)})
+    page = render(build(result, title="A title", lead="A lead."))
+    addresses = checked(page)
+    assert addresses and all(address.startswith("data:image/png;base64,") for address in addresses)
+    assert "http" not in page and "@import" not in page and "<script" not in page
+
+
+def test_text_is_escaped():
+    page = render(Report(title="<script>alert(1)</script>", lead="a & b", verdict="x < y", sections=[Section(title="T", text=["<b>"])]))
+    assert "<script>" not in page and "<b>" not in page
+    checked(page)
+
+
+def test_unknown_fields_are_refused():
+    with pytest.raises(ValidationError):
+        Table(caption="", head=[], rows=[], colour="red")
+
+
+def test_result_without_truth_or_before():
+    """A bare image gives a page with what there is, and says that no autofocus was run."""
+    page = build(Image(image_with_points()), title="T", lead="L")
+    assert page.headline == []
+    assert "No autofocus was run." in page.verdict
+    assert [section.title for section in page.sections] == ["The image", "Point responses", "Figures"]
+
+
+def test_result_without_points():
+    generator = np.random.default_rng(4)
+    noise = (generator.standard_normal((96, 96)) + 1j * generator.standard_normal((96, 96))).astype(np.complex64)
+    page = build(Image(noise, arrays={"before": noise}), title="T", lead="L")
+    assert "Point responses" not in [section.title for section in page.sections]
+    checked(render(page))
+
+
+def test_phase_with_gaps_is_drawn():
+    """Where no aperture reaches, the standard deviation is nan."""
+    phase, deviation = np.linspace(-1, 1, 160), np.full(160, 0.1)
+    deviation[:20] = np.nan
+    arrays = {"before": image_with_points(2), "phase_error": phase, "phase_std": deviation}
+    titles = [section.title for section in build(Image(image_with_points(), arrays=arrays), title="T", lead="L").sections]
+    assert "Phase error" in titles
+
+
+def test_images_share_one_scale():
+    """The same pixel values give the same grey in both panels, though one image is ten times weaker."""
+    strong = np.full((40, 40), 1.0 + 0j)
+    weak = np.full((40, 40), 0.1 + 0j)
+    strong[5:10, 5:10] = weak[5:10, 5:10] = 0.01
+    picture = imread(io.BytesIO(figures.png(figures.image_figure({"a": strong, "b": weak}, (1.0, 1.0)))))
+    grey = picture[..., :3].mean(axis=2)
+    level = 1.0 - 20.0 / figures.DYNAMIC_RANGE_DB
+    assert np.isclose(grey, level, atol=0.02).sum() > 1000, "the weak image lies 20 dB down"
+    assert picture.shape[1] > 600
+
+
+def test_writing_a_page_replaces_it_whole(tmp_path):
+    report = Report(title="T", lead="L", verdict="V")
+    write_page(tmp_path / "x.html", report)
+    assert (tmp_path / "x.html").read_text(encoding="utf-8") == render(report)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_demo(tmp_path, capfd, monkeypatch):
+    """The whole of it on a smaller scene: the error goes, and the page says so with the figures of the run."""
+    monkeypatch.setattr(scenes, "CLUTTER_PER_CELL", 0.1)
+    monkeypatch.setattr(scenes, "SCENE_SIZE", (52.0, 52.0))
+    assert main(["demo", "-o", str(tmp_path / "demo"), "--json"]) == 0
+    captured = capfd.readouterr()
+    assert captured.err == ""
+    figures_of_run = json.loads(captured.out)
+    assert figures_of_run["status"] == "converged"
+    page = (tmp_path / "demo" / "report.html").read_text(encoding="utf-8")
+    assert len(checked(page)) == 3, "images, phase, point responses"
+    assert figures_of_run["verdict"] in re.sub(r"\s+", " ", page)
+    assert "spotlight" in page and "not yet a stripmap" in page
+    result = read(tmp_path / "demo" / "result.h5")
+    residual = result.arrays["phase_error"] - result.arrays["true_phase_error"]
+    index = np.arange(len(residual))
+    residual -= np.polynomial.Polynomial.fit(index, residual, 1)(index)
+    # Eight points 32 dB over the clutter in the image: 5.5 dB a pulse, for which the bound is 0.13 rad before windowing.
+    assert np.sqrt(np.mean(residual**2)) < 0.15
+    assert main(["report", str(tmp_path / "demo" / "result.h5"), "-o", str(tmp_path / "again.html"), "--json"]) == 0
