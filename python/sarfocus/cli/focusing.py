@@ -79,4 +79,5 @@ def measure(
     points = [measurement.response_figures(measurement.response(item, place)) for place in places]
     show({"file": str(file), "shape": list(item.data.shape)} | whole | {"points": points}, as_json=as_json)
     if not as_json:
-        show_rows(points, "points" if points else "")
+        short = [{name.replace("azimuth", "az").replace("range", "rg"): value for name, value in point.items()} for point in points]
+        show_rows(short, "points (widths in pixels)")

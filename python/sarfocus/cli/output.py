@@ -20,6 +20,7 @@ from ..plain import plain
 
 P = ParamSpec("P")
 T = TypeVar("T")
+PIPE_WIDTH = 140  # characters of a line where stdout is no terminal
 ProgressCallback = Callable[[str, int, int], None]
 
 
@@ -56,7 +57,13 @@ def show(payload: Mapping[str, Any], *, as_json: bool, title: str = "") -> None:
     for name, value in payload.items():
         if not (isinstance(value, Sequence) and value and isinstance(value[0], Mapping)):
             table.add_row(name.replace("_", " "), text(value))
-    Console().print(table)
+    console().print(table)
+
+
+def console() -> Console:
+    """Return a console for stdout; without a terminal, lines are long rather than cut."""
+    made = Console()
+    return made if made.is_terminal else Console(width=PIPE_WIDTH)
 
 
 def show_rows(rows: Sequence[Mapping[str, Any]], title: str = "") -> None:
@@ -65,10 +72,10 @@ def show_rows(rows: Sequence[Mapping[str, Any]], title: str = "") -> None:
         return
     table = Table(title=title or None, box=None, title_justify="left", title_style="bold", pad_edge=False)
     for name in rows[0]:
-        table.add_column(name.replace("_", " "), justify="left" if isinstance(rows[0][name], str) else "right")
+        table.add_column(name.replace("_", " "), overflow="fold", justify="left" if isinstance(rows[0][name], str) else "right")
     for row in rows:
         table.add_row(*(text(value) for value in row.values()))
-    Console().print(table)
+    console().print(table)
 
 
 def text(value: object) -> str:
