@@ -1,6 +1,6 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import detect, quality, signal, simulate
+from . import detect, io, quality, signal, simulate
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.autofocus import PhaseEstimate, Result, Status, estimate_phase, gpga, pga
 from ._core.focus import (
@@ -35,6 +35,7 @@ __all__ = [
     "detect",
     "estimate_phase",
     "gpga",
+    "io",
     "pga",
     "project",
     "quality",

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 
+import sarfocus
 from reference.histories import history
 from sarfocus import ImageGrid, NumericalError, ShapeError, StripmapGeometry
 from sarfocus.io import FormatError, Image, PhaseHistory, layout, read, read_bwsi, read_gotcha, write
@@ -435,3 +436,8 @@ def test_bwsi_shapes_that_disagree(tmp_path):
     with pytest.raises(FormatError, match="scan_data") as error:
         read(tmp_path / "x.npz")
     assert_one_line(error)
+
+
+def test_the_package_brings_its_readers_along(tmp_path):
+    assert sarfocus.io.read is read
+    assert sarfocus.io.write is write

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import ShapeError, signal
+from .._core import ShapeError
+from .._core.signal import demodulate
 from ..plain import plain
 from .errors import FormatError, reading
 from .model import FloatArray, PhaseHistory, require_finite
@@ -90,7 +91,7 @@ def bwsi_history(
         reflectors = np.asarray(fields["corner_reflector_pos_m"], dtype=np.float64)
         metadata |= {"reflectors": plain(reflectors), "scene_centre": plain(reflectors.mean(axis=0)), "scene_size": list(SCENE_SIZE)}
     start, spacing = float(bins[0]) - bias, float(bins[-1] - bins[0]) / (bins.size - 1)
-    data = signal.demodulate(samples - samples.mean(axis=0), range_start=start, range_spacing=spacing, wavelength=WAVELENGTH)
+    data = demodulate(samples - samples.mean(axis=0), range_start=start, range_spacing=spacing, wavelength=WAVELENGTH)
     return PhaseHistory(data, positions, start, spacing, WAVELENGTH, metadata)
 
 

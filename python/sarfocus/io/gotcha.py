@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.io
 
-from .. import ShapeError, compress_frequency
+from .._core import ShapeError
+from .._core.focus import compress_frequency
 from .errors import FormatError, reading
 from .model import FloatArray, PhaseHistory, require_complex
 

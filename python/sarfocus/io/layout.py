@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import ImageGrid, StripmapGeometry
+from .._core.geometry import ImageGrid, StripmapGeometry
 from ..plain import plain
 from .errors import FormatError
 from .model import Image, PhaseHistory

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import ImageGrid, NumericalError, ShapeError, StripmapGeometry
+from .._core import NumericalError, ShapeError
+from .._core.geometry import ImageGrid, StripmapGeometry
 
 ComplexArray = npt.NDArray[np.complex64]
 FloatArray = npt.NDArray[np.float64]
