@@ -4,11 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
+
+#include <omp.h>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
+#include <sarfocus/fft/plan.hpp>
 
 namespace sarfocus::autofocus {
 namespace {
@@ -64,7 +68,6 @@ public:
             total += power_[at(n)];
         }
         if (!(total > 0.0)) throw NumericalError("lines: expected samples other than zero, got all zero");
-        weigh_by_power();
     }
 
     void start_from(const std::vector<double>& phase) {
@@ -72,7 +75,12 @@ public:
         set_rotation();
     }
 
-    void start_from_gradient() {
+    // Sum of the phase steps between neighbouring pulses. `background`: power a line has without a point, which earns it no weight.
+    void start_from_gradient(double background) {
+        for (std::size_t n = 0; n < power_.size(); ++n)
+            weight_[n] = power_[n] > background ? (1.0 - background / power_[n]) / power_[n] : 0.0;
+        std::fill(slope_.begin(), slope_.end(), 0.0);
+        std::fill(phase_.begin(), phase_.end(), 0.0);
         double sum = 0.0;
         for (std::ptrdiff_t k = 1; k < n_pulse_; ++k) {
             cdouble product{};
@@ -82,6 +90,21 @@ public:
         }
         remove_linear(phase_);
         set_rotation();
+        if (options_.linear_terms) find_slopes();
+    }
+
+    [[nodiscard]] double median_power() const {
+        std::vector<double> sorted = power_;
+        std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+        return sorted[sorted.size() / 2];
+    }
+
+    // Of the fitted lines, up to a constant.
+    [[nodiscard]] double log_likelihood() const {
+        double sum = 0.0;
+        for (std::size_t n = 0; n < power_.size(); ++n)
+            if (power_[n] > 0.0) sum -= samples_[n] * std::log(std::max(noise_[n] / power_[n], 1e-3));  // 30 dB: rounding, not noise, below
+        return sum;
     }
 
     // [methods 3]: A_n and b_n, then phi(k); returns the largest change of phi.
@@ -113,14 +136,23 @@ public:
     }
 
 private:
-    // To start with: a line with no more power than the weakest holds little but what surrounds every point.
-    void weigh_by_power() {
-        double least = std::numeric_limits<double>::infinity();
-        for (const double p : power_)
-            if (p > 0.0) least = std::min(least, p);
-        constexpr double background = 0.98;  // equal lines must keep equal weights above zero
-        for (std::size_t n = 0; n < power_.size(); ++n)
-            weight_[n] = power_[n] > 0.0 ? (1.0 - background * least / power_[n]) / power_[n] : 0.0;
+    // The peak of every line's periodogram, to half a cell: what the Newton steps start from.
+    void find_slopes() {
+        const std::ptrdiff_t length = fft::good_size(2 * n_pulse_);
+        const fft::Plan<float> plan(length, fft::Direction::forward);
+        std::vector<Array<cfloat, 1>> memory;
+        for (int t = 0; t < threads_; ++t) memory.emplace_back(std::array<std::ptrdiff_t, 1>{length});
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+            cfloat* line = memory[at(omp_get_thread_num())].data();
+            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) line[k] = d_(n, k) * cfloat(std::conj(rotation_[at(k)]));
+            std::fill(line + n_pulse_, line + length, cfloat{});
+            plan.execute(line);
+            std::ptrdiff_t peak = 0;
+            for (std::ptrdiff_t f = 1; f < length; ++f)
+                if (std::norm(line[f]) > std::norm(line[peak])) peak = f;
+            slope_[at(n)] = two_pi * static_cast<double>(2 * peak < length ? peak : peak - length) / static_cast<double>(length);
+        }
     }
 
     void set_rotation() {
@@ -274,7 +306,7 @@ private:
     std::vector<double> weight_;
 };
 
-int alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
+PhaseEstimate alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
     Monitor monitor(options.execution, "estimate", options.max_iterations);
     int iterations = 0;
     while (iterations < options.max_iterations && !monitor.stopped()) {
@@ -284,14 +316,15 @@ int alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
         if (settled) break;
     }
     monitor.finish();
-    return iterations;
+    PhaseEstimate out = alternation.finish();
+    out.iterations = iterations;
+    return out;
 }
 
 // The alternation's phase_std is that of its own phase; the gradient's walks away from it.
 PhaseEstimate gradient_estimate(Alternation& alternation, const PhaseEstimateOptions& options) {
     PhaseEstimate out = alternation.finish();
-    alternate(alternation, options);
-    const PhaseEstimate reference = alternation.finish();
+    const PhaseEstimate reference = alternate(alternation, options);
     double sum = 0.0;
     double count = 0.0;
     for (std::size_t k = 0; k < out.phase.size(); ++k)
@@ -324,15 +357,21 @@ PhaseEstimate estimate_phase(const ImageView& lines, const PhaseEstimateOptions&
                          std::to_string(options.initial_phase.size()));
 
     Alternation alternation(lines, options);
-    if (options.initial_phase.empty())
-        alternation.start_from_gradient();
-    else
+    if (options.estimator == Estimator::gradient) {
+        alternation.start_from_gradient(0.0);
+        return gradient_estimate(alternation, options);
+    }
+    if (!options.initial_phase.empty()) {
         alternation.start_from(options.initial_phase);
-    if (options.estimator == Estimator::gradient) return gradient_estimate(alternation, options);
-    const int iterations = alternate(alternation, options);
-    PhaseEstimate out = alternation.finish();
-    out.iterations = iterations;
-    return out;
+        return alternate(alternation, options);
+    }
+    // All lines alike suits many points of one strength; what stands out of the median, a few points among many lines without one.
+    alternation.start_from_gradient(0.0);
+    const PhaseEstimate alike = alternate(alternation, options);
+    const double likelihood = alternation.log_likelihood();
+    alternation.start_from_gradient(alternation.median_power());
+    const PhaseEstimate standing_out = alternate(alternation, options);
+    return alternation.log_likelihood() > likelihood ? standing_out : alike;
 }
 
 void remove_linear(std::vector<double>& phase) {

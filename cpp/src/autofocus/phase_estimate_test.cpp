@@ -1,0 +1,155 @@
+#include <sarfocus/autofocus/phase_estimate.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+
+namespace sarfocus::autofocus {
+namespace {
+
+using Lines = Array<cfloat, 2>;
+
+std::vector<double> rough_phase(std::ptrdiff_t n, unsigned seed) {
+    std::mt19937 bits(seed);
+    std::normal_distribution<double> step(0.0, 0.3);
+    std::vector<double> out;
+    double sum = 0.0;
+    for (std::ptrdiff_t k = 0; k < n; ++k) out.push_back(sum += step(bits));
+    remove_linear(out);
+    return out;
+}
+
+Lines make_lines(const std::vector<double>& phase, std::ptrdiff_t n_line, double snr_db, double slope, unsigned seed) {
+    std::mt19937 bits(seed);
+    std::normal_distribution<double> noise(0.0, std::sqrt(0.5 * std::pow(10.0, -snr_db / 10.0)));
+    std::uniform_real_distribution<double> turn(-1.0, 1.0);
+    Lines out({n_line, static_cast<std::ptrdiff_t>(phase.size())});
+    for (std::ptrdiff_t n = 0; n < n_line; ++n) {
+        const double own = pi * turn(bits);
+        const double b = slope * turn(bits);
+        for (std::size_t k = 0; k < phase.size(); ++k)
+            out(n, k) = cfloat(std::polar(1.0, own + phase[k] + b * static_cast<double>(k)) + cdouble(noise(bits), noise(bits)));
+    }
+    return out;
+}
+
+double rmse(const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> d(a.size());
+    for (std::size_t k = 0; k < a.size(); ++k) d[k] = a[k] - b[k];
+    remove_linear(d);
+    double sum = 0.0;
+    for (const double x : d) sum += x * x;
+    return std::sqrt(sum / static_cast<double>(d.size()));
+}
+
+TEST(PhaseEstimate, ReachesTheCramerRaoBoundAndSaysSo) {
+    // 16 lines of 512 pulses: sqrt(1 / (2 M SNR)) [methods 3]. One draw of 512 pulses scatters by 3 %, ten draws by 1 %.
+    for (const double snr_db : {5.0, 10.0, 20.0}) {
+        double square = 0.0;
+        double stated = 0.0;
+        for (unsigned draw = 0; draw < 10; ++draw) {
+            const auto phase = rough_phase(512, draw);
+            const auto estimate = estimate_phase(make_lines(phase, 16, snr_db, 0.5 * pi / 512.0, 100 + draw).view());
+            square += std::pow(rmse(estimate.phase, phase), 2) / 10.0;
+            for (const double s : estimate.phase_std) stated += s * s / 5120.0;
+        }
+        const double bound = std::sqrt(1.0 / (32.0 * std::pow(10.0, snr_db / 10.0)));
+        EXPECT_NEAR(std::sqrt(square) / bound, 1.0, 0.05) << snr_db;
+        EXPECT_NEAR(std::sqrt(stated) / bound, 1.0, 0.07) << snr_db;
+    }
+}
+
+TEST(PhaseEstimate, GradientIsWorseAndSaysSo) {
+    const auto phase = rough_phase(512, 3);
+    PhaseEstimateOptions options;
+    options.estimator = Estimator::gradient;
+    const Lines lines = make_lines(phase, 16, 5.0, 0.0, 4);
+    const auto estimate = estimate_phase(lines.view(), options);
+    const double error = rmse(estimate.phase, phase);
+    EXPECT_GT(error, 1.5 * rmse(estimate_phase(lines.view()).phase, phase));
+    double stated = 0.0;
+    for (const double s : estimate.phase_std) stated += s * s / 512.0;
+    EXPECT_NEAR(std::sqrt(stated) / error, 1.0, 0.2);
+}
+
+TEST(PhaseEstimate, FindsEveryLinesOwnSlope) {
+    const auto phase = rough_phase(300, 8);
+    std::vector<double> slopes;
+    Lines lines({6, 300});
+    for (std::ptrdiff_t n = 0; n < 6; ++n) {
+        slopes.push_back(0.004 * static_cast<double>(n - 2));
+        for (std::size_t k = 0; k < 300; ++k)
+            lines(n, k) = cfloat(std::polar(1.0 + 0.2 * static_cast<double>(n), phase[k] + slopes.back() * static_cast<double>(k)));
+    }
+    const auto estimate = estimate_phase(lines.view());
+    EXPECT_LT(rmse(estimate.phase, phase), 1e-4);  // the tolerance at which the alternation ends
+    for (std::size_t n = 1; n < 6; ++n) EXPECT_NEAR(estimate.linear_terms[n] - estimate.linear_terms[0], slopes[n] - slopes[0], 1e-6);
+}
+
+TEST(PhaseEstimate, IsBlindToScaleGlobalPhaseAndCommonSlope) {
+    const auto phase = rough_phase(200, 5);
+    Lines lines = make_lines(phase, 5, 15.0, 0.0, 6);
+    const auto before = estimate_phase(lines.view());
+    for (std::ptrdiff_t n = 0; n < 5; ++n)
+        for (std::ptrdiff_t k = 0; k < 200; ++k) lines(n, k) *= cfloat(std::polar(0.25, 1.0 + 0.01 * static_cast<double>(k)));
+    EXPECT_LT(rmse(estimate_phase(lines.view()).phase, before.phase), 1e-3);  // ten times the tolerance
+}
+
+TEST(PhaseEstimate, BitsDependNeitherOnThreadsNorOnStrides) {
+    const auto phase = rough_phase(333, 5);
+    const Lines lines = make_lines(phase, 7, 10.0, 0.01, 6);
+    PhaseEstimateOptions options;
+    options.execution.threads = 1;
+    const auto expected = estimate_phase(lines.view(), options);
+    options.execution.threads = 3;
+    EXPECT_EQ(estimate_phase(lines.view(), options).phase, expected.phase);
+    Lines turned({333, 7});
+    for (std::ptrdiff_t n = 0; n < 7; ++n)
+        for (std::ptrdiff_t k = 0; k < 333; ++k) turned(k, n) = lines(n, k);
+    const auto strided = estimate_phase(ImageView(turned.data(), {7, 333}, {1, 7}), options);
+    EXPECT_EQ(strided.phase, expected.phase);
+    EXPECT_EQ(strided.phase_std, expected.phase_std);
+}
+
+TEST(PhaseEstimate, LeavesOutWhatHasNoData) {
+    const auto phase = rough_phase(200, 11);
+    Lines lines = make_lines(phase, 9, 20.0, 0.0, 12);
+    for (std::ptrdiff_t n = 0; n < 9; ++n)
+        for (std::ptrdiff_t k = 120; k < 130; ++k) lines(n, k) = {};
+    for (std::ptrdiff_t k = 0; k < 200; ++k) lines(4, k) = {};
+    const auto estimate = estimate_phase(lines.view());
+    for (std::size_t k = 0; k < 200; ++k) EXPECT_EQ(std::isnan(estimate.phase_std[k]), k >= 120 && k < 130) << k;
+    std::vector<double> error;
+    for (std::size_t k = 0; k < 200; ++k)
+        if (k < 120 || k >= 130) error.push_back(estimate.phase[k] - phase[k]);
+    double sum = 0.0;
+    remove_linear(error);
+    for (const double x : error) sum += x * x / 190.0;
+    EXPECT_LT(std::sqrt(sum), 2.0 * std::sqrt(1.0 / (2.0 * 8.0 * 100.0)));  // eight lines at 20 dB, twice the bound
+}
+
+TEST(PhaseEstimate, RefusesWhatMakesNoSense) {
+    Lines zeros({3, 20});
+    EXPECT_THROW((void)estimate_phase(zeros.view()), NumericalError);
+    Lines lines = make_lines(rough_phase(20, 1), 3, 20.0, 0.0, 2);
+    EXPECT_THROW((void)estimate_phase(lines.view().slice(1, 0, 2)), ShapeError);
+    PhaseEstimateOptions options;
+    options.max_iterations = 0;
+    EXPECT_THROW((void)estimate_phase(lines.view(), options), ValueError);
+    options = {};
+    options.initial_phase.assign(19, 0.0);
+    EXPECT_THROW((void)estimate_phase(lines.view(), options), ShapeError);
+    lines(1, 2) = {std::numeric_limits<float>::quiet_NaN(), 0.0F};
+    EXPECT_THROW((void)estimate_phase(lines.view()), NumericalError);
+}
+
+}  // namespace
+}  // namespace sarfocus::autofocus
