@@ -1,6 +1,7 @@
 #include "point_engine.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -123,7 +124,6 @@ public:
         source_.form(Phase(static_cast<std::size_t>(source_.n_pulse()), 0.0), image_.view(), options_.execution);
         watch_.lap("form");
         cell_ = cell_size(image_.view(), source_);
-        const Halves halves(source_, cell_);
         const Estimate all = estimate(everywhere);
         result_.estimate = all.phase;
         result_.phase_std = all.last.phase_std;
@@ -134,7 +134,7 @@ public:
             return;
         }
         if (options_.do_no_harm)
-            judge_on_halves(all, halves);
+            judge_on_halves(all);
         else
             result_.score.reason = "applied without judging, as asked";
         const bool applied = result_.score.improved || !options_.do_no_harm;
@@ -156,9 +156,10 @@ private:
     [[nodiscard]] std::vector<Pixel> choose(const Phase& phase, int count, double separation_cells, int half) {
         source_.form(phase, image_.view(), options_.execution);
         watch_.lap("form");
-        const Halves halves(source_, cell_);
+        const ArrayView<const bool, 2> wanted =
+            half == everywhere ? ArrayView<const bool, 2>{} : masks_[static_cast<std::size_t>(half)].view();
         auto points = strongest_points(image_.view(), source_, count, {separation_cells * cell_.azimuth, separation_cells * cell_.range},
-                                       [&](std::ptrdiff_t i, std::ptrdiff_t j) { return half == everywhere || halves.of(i, j) == half; });
+                                       wanted, options_.execution);
         watch_.lap("choose points");
         return points;
     }
@@ -274,8 +275,10 @@ private:
     }
 
     // Each half of the scene is judged with the phase that the other half's points gave, from the first round on.
-    void judge_on_halves(const Estimate& all, const Halves& halves) {
+    void judge_on_halves(const Estimate& all) {
         const auto shape = source_.shape();
+        const Halves halves(source_, cell_);
+        for (const int half : {0, 1}) masks_[static_cast<std::size_t>(half)] = halves.mask(half);
         Array<cfloat, 2> before({shape[0], shape[1]});
         Array<cfloat, 2> from_first({shape[0], shape[1]});
         Array<cfloat, 2> from_second({shape[0], shape[1]});
@@ -283,7 +286,8 @@ private:
         source_.form(estimate(1).phase, from_second.view(), options_.execution);
         source_.form(all.phase, image_.view(), options_.execution);
         source_.form(Phase(all.phase.size(), 0.0), before.view(), options_.execution);
-        result_.score = judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, evidence(all));
+        result_.score =
+            judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, evidence(all), options_.execution);
         watch_.lap("judge");
     }
 
@@ -293,6 +297,7 @@ private:
     Stopwatch watch_;
     Array<cfloat, 2> image_;
     CellSize cell_;
+    std::array<Array<bool, 2>, 2> masks_;  // of the halves, filled when they are needed
 };
 
 }  // namespace

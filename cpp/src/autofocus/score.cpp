@@ -5,35 +5,31 @@
 #include <cstdio>
 #include <limits>
 
-#include <sarfocus/core/constants.hpp>
+#include <sarfocus/quality/image_measures.hpp>
 
 namespace sarfocus::autofocus::detail {
 namespace {
 
-struct Moments {
+// Of the pixels of one half.
+struct HalfSums {
     double pixels = 0.0;
     double power = 0.0;
     double square = 0.0;
-    double power_log = 0.0;
 
-    void add(cfloat pixel) {
-        const double intensity = std::norm(cdouble(pixel));
-        pixels += 1.0;
-        power += intensity;
-        square += intensity * intensity;
-        if (intensity > 0.0) power_log += intensity * std::log(intensity);
-    }
-    // Of the normalised intensity, nat [Xie2023, eq. 23].
-    [[nodiscard]] double entropy() const { return power > 0.0 ? std::log(power) - power_log / power : 0.0; }
     // log(sum I^2 / (sum I)^2): rises with focus, blind to scale.
     [[nodiscard]] double log_sharpness() const { return square > 0.0 ? std::log(square) - 2.0 * std::log(power) : 0.0; }
 };
 
-Moments moments(const ImageView& image, const Halves& halves, int half) {
-    Moments out;
+HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
+    HalfSums out;
     for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
-        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j)
-            if (half < 0 || halves.of(i, j) == half) out.add(image(i, j));
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
+            if (halves.of(i, j) != half) continue;
+            const double intensity = std::norm(cdouble(image(i, j)));
+            out.pixels += 1.0;
+            out.power += intensity;
+            out.square += intensity * intensity;
+        }
     return out;
 }
 
@@ -57,7 +53,7 @@ std::string sentence(const char* format, double a, double b) {
 
 }  // namespace
 
-Halves::Halves(const PointSource& source, const CellSize& cell) {
+Halves::Halves(const PointSource& source, const CellSize& cell) : n_azimuth_(source.shape()[0]) {
     const auto shape = source.shape();
     for (std::ptrdiff_t j = 0; j < shape[1]; ++j) gate_.push_back(source.range_gate(j));
     constexpr double cells_per_piece = 24.0;  // wider than a point's response with its sidelobes, many pieces in any image worth the name
@@ -69,6 +65,13 @@ int Halves::of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const {
     return static_cast<int>((azimuth / azimuth_piece_ + gate_[static_cast<std::size_t>(column)] / range_piece_) % 2);
 }
 
+Array<bool, 2> Halves::mask(int half) const {
+    Array<bool, 2> out({n_azimuth_, static_cast<std::ptrdiff_t>(gate_.size())});
+    for (std::ptrdiff_t i = 0; i < out.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < out.extent(1); ++j) out(i, j) = of(i, j) == half;
+    return out;
+}
+
 namespace {
 
 constexpr double sigmas = 3.0;
@@ -78,8 +81,8 @@ double held_out(const Trial& trial, const Halves& halves, const CellSize& cell, 
     double worst = std::numeric_limits<double>::infinity();
     double variance = 0.0;
     for (const int half : {0, 1}) {
-        const Moments before = moments(trial.before, halves, half);
-        const Moments after = moments(half == 0 ? trial.from_second : trial.from_first, halves, half);
+        const HalfSums before = sums_of(trial.before, halves, half);
+        const HalfSums after = sums_of(half == 0 ? trial.from_second : trial.from_first, halves, half);
         const double gain = after.log_sharpness() - before.log_sharpness();
         score.held_out_gain += 0.5 * gain;
         worst = std::min(worst, gain);
@@ -134,10 +137,10 @@ void judge_alone(const Evidence& evidence, Score& score) {
 
 }  // namespace
 
-Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence) {
+Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence, const Execution& execution) {
     Score score;
-    score.entropy_before = moments(trial.before, halves, -1).entropy();
-    score.entropy_after = moments(trial.after, halves, -1).entropy();
+    score.entropy_before = quality::entropy(trial.before, execution);
+    score.entropy_after = quality::entropy(trial.after, execution);
     const double worst = held_out(trial, halves, cell, score);
     score.point_gain_db = mean_point_gain_db(trial, cell, evidence);
 

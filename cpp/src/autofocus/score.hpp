@@ -1,10 +1,12 @@
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include <sarfocus/autofocus/result.hpp>
+#include <sarfocus/core/array.hpp>
 #include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/execution.hpp>
 
 #include "point_source.hpp"
 #include "strong_points.hpp"
@@ -17,8 +19,11 @@ class Halves {
 public:
     Halves(const PointSource& source, const CellSize& cell);
     [[nodiscard]] int of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const;
+    /// [source.shape()], true in one half.
+    [[nodiscard]] Array<bool, 2> mask(int half) const;
 
 private:
+    std::ptrdiff_t n_azimuth_;
     std::vector<std::ptrdiff_t> gate_;
     std::ptrdiff_t azimuth_piece_;
     std::ptrdiff_t range_piece_;
@@ -44,6 +49,7 @@ struct Evidence {
 /// more than speckle would by chance; the strong points' peaks do not fall on average. Where nearly all information lies in one half, as
 /// with a single strong point, the second is replaced: the histories must be steadier than noise turned to any phase could be, and the
 /// peaks must rise by more than fitting their noise explains.
-[[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence);
+[[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence,
+                          const Execution& execution);
 
 }  // namespace sarfocus::autofocus::detail

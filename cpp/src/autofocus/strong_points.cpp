@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
+#include <utility>
 
-#include <sarfocus/core/array.hpp>
 #include <sarfocus/core/constants.hpp>
+#include <sarfocus/detect/local_maxima.hpp>
 
 namespace sarfocus::autofocus::detail {
 namespace {
@@ -37,15 +36,6 @@ double sub_pixel(double left, double centre, double right) {
     const double r = std::log(right);
     const double curvature = l - 2.0 * c + r;
     return curvature < 0.0 ? std::clamp(0.5 * (l - r) / curvature, -0.5, 0.5) : 0.0;
-}
-
-bool is_local_maximum(const ImageView& image, const PointSource& source, std::ptrdiff_t i, std::ptrdiff_t j, double value) {
-    for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(j - 1, 0); b <= std::min(j + 1, image.extent(1) - 1); ++b) {
-        if (b != j && !neighbours(source, b, j)) continue;
-        for (std::ptrdiff_t a = i - 1; a <= i + 1; ++a)
-            if ((a != i || b != j) && intensity(image, a, b) > value) return false;
-    }
-    return true;
 }
 
 Pixel refined(const ImageView& image, const PointSource& source, std::ptrdiff_t i, std::ptrdiff_t j) {
@@ -81,44 +71,26 @@ CellSize cell_size(const ImageView& image, const PointSource& source) {
 }
 
 std::vector<Pixel> strongest_points(const ImageView& image, const PointSource& source, int count, const CellSize& separation,
-                                    const std::function<bool(std::ptrdiff_t, std::ptrdiff_t)>& wanted) {
+                                    const ArrayView<const bool, 2>& wanted, const Execution& execution) {
     std::vector<Pixel> out;
     if (source.is_list()) {
         for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
-            if (wanted(i, 0)) out.push_back({static_cast<double>(i), 0.0});
+            if (wanted.data() == nullptr || wanted(i, 0)) out.push_back({static_cast<double>(i), 0.0});
         return out;
     }
-    struct Candidate {
-        double value;
-        std::ptrdiff_t i;
-        std::ptrdiff_t j;
-    };
-    std::vector<Candidate> candidates;
-    for (std::ptrdiff_t i = 1; i + 1 < image.extent(0); ++i)
-        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
-            const double value = intensity(image, i, j);
-            if (value > 0.0 && wanted(i, j) && is_local_maximum(image, source, i, j, value)) candidates.push_back({value, i, j});
-        }
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-        return a.value != b.value ? a.value > b.value : (a.i != b.i ? a.i < b.i : a.j < b.j);
-    });
-
-    const auto reach_azimuth = static_cast<std::ptrdiff_t>(std::lround(separation.azimuth));
-    const auto reach_range = static_cast<std::ptrdiff_t>(std::lround(separation.range));
-    Array<std::uint8_t, 2> taken({image.extent(0), image.extent(1)});
-    for (const Candidate& c : candidates) {
-        if (static_cast<int>(out.size()) == count) break;
-        if (taken(c.i, c.j) != 0) continue;
-        out.push_back(refined(image, source, c.i, c.j));
-        for (std::ptrdiff_t b = c.j; b >= 0 && source.range_gate(c.j) - source.range_gate(b) <= reach_range; --b)
-            for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(c.i - reach_azimuth, 0);
-                 a <= std::min(c.i + reach_azimuth, image.extent(0) - 1); ++a)
-                taken(a, b) = 1;
-        for (std::ptrdiff_t b = c.j + 1; b < image.extent(1) && source.range_gate(b) - source.range_gate(c.j) <= reach_range; ++b)
-            for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(c.i - reach_azimuth, 0);
-                 a <= std::min(c.i + reach_azimuth, image.extent(0) - 1); ++a)
-                taken(a, b) = 1;
-    }
+    detect::LocalMaximaOptions options;
+    options.half_width = {1, 0};  // neighbouring columns need not be neighbouring gates; coalescence sees to those that are
+    options.execution = execution;
+    std::vector<detect::Point> maxima = detect::local_maxima(image, options, wanted);
+    // Coalescence by range gate, then back to columns.
+    std::vector<std::ptrdiff_t> gates;
+    for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) gates.push_back(source.range_gate(j));
+    for (detect::Point& p : maxima) p.range = gates[static_cast<std::size_t>(p.range)];
+    maxima =
+        detect::coalesce(std::move(maxima), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
+    if (maxima.size() > static_cast<std::size_t>(count)) maxima.resize(static_cast<std::size_t>(count));
+    for (const detect::Point& p : maxima)
+        out.push_back(refined(image, source, p.azimuth, std::lower_bound(gates.begin(), gates.end(), p.range) - gates.begin()));
     return out;
 }
 

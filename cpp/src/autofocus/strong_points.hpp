@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include <sarfocus/core/array_view.hpp>
@@ -18,8 +17,8 @@ struct CellSize {
 [[nodiscard]] CellSize cell_size(const ImageView& image, const PointSource& source);
 
 /// The strongest local maxima, strongest first, no two within `separation` pixels (a box), with sub-pixel positions from a parabola through
-/// the logarithm of the intensity. At most `count`, of the pixels that `wanted` accepts.
+/// the logarithm of the intensity. At most `count`; `wanted` [shape] excludes pixels, an empty view none.
 [[nodiscard]] std::vector<Pixel> strongest_points(const ImageView& image, const PointSource& source, int count, const CellSize& separation,
-                                                  const std::function<bool(std::ptrdiff_t azimuth, std::ptrdiff_t column)>& wanted);
+                                                  const ArrayView<const bool, 2>& wanted, const Execution& execution);
 
 }  // namespace sarfocus::autofocus::detail
