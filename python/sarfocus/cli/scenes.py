@@ -39,7 +39,9 @@ def simulate(
 
 def reproduce(
     name: Annotated[str, typer.Argument(help=f"Which experiment: {', '.join(experiments.EXPERIMENTS)}.")],
+    *,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="A folder for pictures.")] = None,
+    data: Annotated[Path | None, typer.Option(help="The folder of measured data, for the experiments that need it.")] = None,
     seed: Seed = None,
     threads: Threads = 0,
     as_json: Json = False,
@@ -49,6 +51,8 @@ def reproduce(
         output.mkdir(parents=True, exist_ok=True)
     with progress_bar() as progress:
         options: dict[str, Any] = {"threads": threads, "progress": progress} | ({} if seed is None else {"seed": seed})
+        if data is not None:
+            options["data"] = data
         result = experiments.run(name, **options)
     payload = result.model_dump()
     if output is not None and name in experiments.PICTURES:

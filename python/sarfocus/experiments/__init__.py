@@ -6,11 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb
+from . import crlb, gotcha
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
-EXPERIMENTS: dict[str, Experiment] = {"crlb": crlb.run}
+EXPERIMENTS: dict[str, Experiment] = {"crlb": crlb.run, "gotcha": gotcha.run}
+MEASURED = frozenset({"gotcha"})  # take a folder of measured data
 PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {"crlb": crlb.draw}
 
 
@@ -20,10 +21,12 @@ def run(name: str, **options: Any) -> Reproduction:
     Raises
     ------
     ValueError
-        There is none of that name; the message says which there are.
+        There is none of that name (the message says which there are), or it measures no data of the caller's.
     """
     if name not in EXPERIMENTS:
         raise ValueError(f"reproduce: no experiment {name!r}, expected one of: {', '.join(sorted(EXPERIMENTS))}")
+    if "data" in options and name not in MEASURED:
+        raise ValueError(f"data: {name} simulates its own, expected none")
     return EXPERIMENTS[name](**options)
 
 

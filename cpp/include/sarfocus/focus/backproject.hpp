@@ -25,9 +25,10 @@ struct RangeProfiles {
     SARFOCUS_API void validate(int threads = 0) const;
 };
 
-/// Between the samples a profile is the trigonometric interpolant of the zero-padded record, evaluated by a cubic in each half
-/// sample (the Legendre expansion of every spectral component). Error against the interpolant itself: -68 dB for a critically sampled
-/// profile, -75 dB where the sampling rate is 1.2 times the bandwidth. Outside the record a profile is zero.
+/// Between the samples a profile is the trigonometric interpolant of the record with zeros behind it (at least 32, up to a length that
+/// transforms fast; for a pulse sampled above its Nyquist rate and within the record their number makes no difference), evaluated by a
+/// cubic in each half sample (the Legendre expansion of every spectral component). Error against the interpolant itself: -68 dB for a
+/// critically sampled profile, -75 dB where the sampling rate is 1.2 times the bandwidth. Outside the record a profile is zero.
 struct BackprojectOptions {
     Execution execution;
 };
