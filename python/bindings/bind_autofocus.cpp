@@ -8,6 +8,7 @@
 #include <sarfocus/autofocus/gpga.hpp>
 #include <sarfocus/autofocus/pga.hpp>
 #include <sarfocus/autofocus/phase_estimate.hpp>
+#include <sarfocus/autofocus/time_offset.hpp>
 
 #include "bindings.hpp"
 #include "convert.hpp"
@@ -125,6 +126,97 @@ PythonResult gpga(const py::object& data, const py::object& positions, const geo
     }
     answer.image = image.owner;
     return answer;
+}
+
+autofocus::TimeOffset estimate_time_offset(const py::object& data, const py::object& pulse_time, const py::object& track_time,
+                                           const py::object& track_position, const geometry::ImageGrid& grid, const py::object& range_start,
+                                           double range_spacing, double wavelength, double start, double search, double step,
+                                           double minimum_step, bool do_no_harm, int threads, const py::object& progress) {
+    const auto samples = input<cfloat, 2>(data, "data");
+    const auto moments = real_input<1>(pulse_time, "pulse_time");
+    const auto time = real_input<1>(track_time, "track_time");
+    const auto position = real_input<2>(track_position, "track_position");
+    const auto first_range = range_start_of(range_start);
+    autofocus::TimeOffsetOptions options;
+    options.start = start;
+    options.search = search;
+    options.step = step;
+    options.minimum_step = minimum_step;
+    options.do_no_harm = do_no_harm;
+    options.execution = execution(threads, progress);
+    const py::gil_scoped_release release;
+    return autofocus::estimate_time_offset({samples.view, first_range.view, range_spacing, wavelength}, moments.view,
+                                           {time.view, position.view}, grid, options);
+}
+
+void bind_time_offset(py::module_ m) {
+    using autofocus::TimeOffset;
+    using autofocus::TimeOffsetStatus;
+    const autofocus::TimeOffsetOptions defaults;
+
+    py::native_enum<TimeOffsetStatus>(m, "TimeOffsetStatus", "enum.Enum", "How the search for a time offset ended.")
+        .value("converged", TimeOffsetStatus::converged)
+        .value("not_improved", TimeOffsetStatus::not_improved)
+        .value("at_the_edge", TimeOffsetStatus::at_the_edge)
+        .finalize();
+
+    py::class_<TimeOffset>(m, "TimeOffset", "The time between two clocks; see estimate_time_offset.")
+        .def_readonly("offset", &TimeOffset::offset, "s, to use: the estimate where the status is converged, else the start.")
+        .def_readonly("estimate", &TimeOffset::estimate, "s, the sharpest.")
+        .def_readonly("offset_std", &TimeOffset::offset_std,
+                      "s, half the difference between the two halves of the scene, an order of magnitude; nan where one half has no say.")
+        .def_readonly("log_sharpness_before", &TimeOffset::log_sharpness_before, "nat, at the start.")
+        .def_readonly("log_sharpness_after", &TimeOffset::log_sharpness_after, "nat, at the estimate.")
+        .def_property_readonly(
+            "offsets", [](const TimeOffset& t) { return to_numpy(t.offsets); }, "float64 [n], s, where the sharpness was taken.")
+        .def_property_readonly(
+            "log_sharpness", [](const TimeOffset& t) { return to_numpy(t.log_sharpness); }, "float64 [n], nat.")
+        .def_readonly("held_out_gain", &TimeOffset::held_out_gain, "nat, mean gain of a half of the scene with the other's offset.")
+        .def_readonly("held_out_noise", &TimeOffset::held_out_noise, "nat, what speckle would give by chance.")
+        .def_readonly("status", &TimeOffset::status)
+        .def_readonly("reason", &TimeOffset::reason, "One sentence.");
+
+    m.def("estimate_time_offset", &estimate_time_offset, py::arg("data"), py::arg("pulse_time"), py::arg("track_time"),
+          py::arg("track_position"), py::arg("grid"), py::kw_only(), py::arg("range_start"), py::arg("range_spacing"),
+          py::arg("wavelength"), py::arg("start") = defaults.start, py::arg("search") = defaults.search, py::arg("step") = defaults.step,
+          py::arg("minimum_step") = defaults.minimum_step, py::arg("do_no_harm") = defaults.do_no_harm, py::arg("threads") = 0,
+          py::arg("progress") = py::none(), R"(The time to add to the radar's clock to get that of the recorded track.
+
+The offset with which the scene is sharpest: sum |I|^4 / (sum |I|^2)^2 of images formed with the pulses placed on the track and weighted
+by the path they stand for. One phase per pulse can't stand for such an error. On a straight path at constant speed an offset only shifts
+the image and can't be found.
+
+Parameters
+----------
+data : complex64 [n_pulse, n_range]
+    As for `backproject`; all pulses, those of a resting platform too.
+pulse_time : array_like [n_pulse]
+    s, on the radar's clock.
+track_time : array_like [n]
+    s, increasing, on the clock of the track.
+track_position : array_like [n, 3]
+    m.
+grid : ImageGrid
+    The scene to judge by: at least a few strong points.
+range_start, range_spacing, wavelength
+    As for `backproject`.
+start, search, step : float
+    s: offset known so far, how far from it to look, steps of the first look (refined to a 27th). Offsets with which the track doesn't
+    cover all pulses are not tried.
+minimum_step : float
+    m, as for `path_weights`.
+do_no_harm : bool
+    Hand the start back where held-out sharpness is not better: the offset from one half of the scene must sharpen the other.
+threads, progress
+    As everywhere.
+
+Returns
+-------
+TimeOffset
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
 }
 
 }  // namespace
@@ -273,6 +365,7 @@ Result
 Raises
 ------
 ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
+    bind_time_offset(m);
 }
 
 }  // namespace sarfocus::python

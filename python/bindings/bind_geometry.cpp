@@ -6,6 +6,7 @@
 
 #include <sarfocus/geometry/image_grid.hpp>
 #include <sarfocus/geometry/stripmap_geometry.hpp>
+#include <sarfocus/geometry/trajectory.hpp>
 
 #include "bindings.hpp"
 #include "convert.hpp"
@@ -47,6 +48,24 @@ StripmapGeometry stripmap_geometry(double wavelength, double prf, double velocit
     out.doppler_centroid = doppler_centroid;
     out.validate();
     return out;
+}
+
+py::array interpolate_track(const py::object& track_time, const py::object& track_position, const py::object& at, const py::object& out) {
+    const auto time = real_input<1>(track_time, "track_time");
+    const auto position = real_input<2>(track_position, "track_position");
+    const auto moments = real_input<1>(at, "at");
+    const auto made = output<double, 2>(out, {moments.view.extent(0), 3}, &position.owner);
+    const py::gil_scoped_release release;
+    geometry::interpolate_track({time.view, position.view}, moments.view, made.view);
+    return made.owner;
+}
+
+py::array path_weights(const py::object& positions, double minimum_step, const py::object& out) {
+    const auto path = real_input<2>(positions, "positions");
+    const auto made = output<double, 1>(out, {path.view.extent(0)}, &path.owner);
+    const py::gil_scoped_release release;
+    geometry::path_weights(path.view, minimum_step, made.view);
+    return made.owner;
 }
 
 py::array_t<double> positions(const ImageGrid& grid) {
@@ -149,6 +168,51 @@ ValueError, ShapeError
         .def("positions", &positions, "All positions, float64 [n_azimuth, n_range, 3], m.")
         .def("subgrid", &ImageGrid::subgrid, py::arg("begin"), py::arg("count"),
              "The part that starts at pixel `begin` and has shape `count`.");
+
+    m.def("interpolate_track", &interpolate_track, py::arg("track_time"), py::arg("track_position"), py::arg("at"), py::kw_only(),
+          py::arg("out") = py::none(), R"(Positions of a recorded track at other times, linear between its samples.
+
+Parameters
+----------
+track_time : array_like [n]
+    s, increasing.
+track_position : array_like [n, 3]
+    m.
+at : array_like [m]
+    s, within the track, in any order.
+out : float64 [m, 3], optional
+    Where the positions go.
+
+Returns
+-------
+float64 [m, 3]
+    m.
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError)");
+    m.def("path_weights", &path_weights, py::arg("positions"), py::kw_only(), py::arg("minimum_step") = 0.0, py::arg("out") = py::none(),
+          R"(Weight of every pulse by the length of path it stands for.
+
+Half the distance between its two neighbours (at the ends, the distance to the one neighbour), zero where the platform rests, and with
+mean 1 over the others. Multiply the pulses by it before backprojection where the platform's speed changes much.
+
+Parameters
+----------
+positions : array_like [n_pulse, 3]
+    m.
+minimum_step : float
+    m from pulse to pulse at or below which the platform rests: above the jitter of the positions.
+out : float64 [n_pulse], optional
+    Where the weights go.
+
+Returns
+-------
+float64 [n_pulse]
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError)");
 }
 
 }  // namespace sarfocus::python

@@ -2,7 +2,17 @@
 
 from . import detect, io, quality, signal, simulate
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
-from ._core.autofocus import PhaseEstimate, Result, Status, estimate_phase, gpga, pga
+from ._core.autofocus import (
+    PhaseEstimate,
+    Result,
+    Status,
+    TimeOffset,
+    TimeOffsetStatus,
+    estimate_phase,
+    estimate_time_offset,
+    gpga,
+    pga,
+)
 from ._core.focus import (
     RangeCompressed,
     azimuth_compress,
@@ -13,7 +23,7 @@ from ._core.focus import (
     project,
     range_compress,
 )
-from ._core.geometry import ImageGrid, StripmapGeometry
+from ._core.geometry import ImageGrid, StripmapGeometry, interpolate_track, path_weights
 
 __all__ = [
     "Cancelled",
@@ -26,6 +36,8 @@ __all__ = [
     "ShapeError",
     "Status",
     "StripmapGeometry",
+    "TimeOffset",
+    "TimeOffsetStatus",
     "__version__",
     "azimuth_compress",
     "azimuth_decompress",
@@ -34,8 +46,11 @@ __all__ = [
     "compress_frequency",
     "detect",
     "estimate_phase",
+    "estimate_time_offset",
     "gpga",
+    "interpolate_track",
     "io",
+    "path_weights",
     "pga",
     "project",
     "quality",

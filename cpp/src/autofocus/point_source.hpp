@@ -15,17 +15,15 @@ struct Pixel {
     double column = 0.0;
 };
 
-/// Where the point methods take their histories from: an image's azimuth spectrum (pga) or phase history (gpga). The sum of a point's
-/// history over the pulses is the image at that point.
-class PointSource {
+/// How the pixels of an image lie to one another.
+class PixelLayout {
 public:
-    PointSource() = default;
-    virtual ~PointSource() = default;
-    PointSource(const PointSource&) = delete;
-    PointSource& operator=(const PointSource&) = delete;
+    PixelLayout() = default;
+    virtual ~PixelLayout() = default;
+    PixelLayout(const PixelLayout&) = delete;
+    PixelLayout& operator=(const PixelLayout&) = delete;
 
-    [[nodiscard]] virtual std::ptrdiff_t n_pulse() const = 0;
-    /// Of the image that `form` makes; its columns are range gates.
+    /// Of the image; its columns are range gates.
     [[nodiscard]] virtual std::array<std::ptrdiff_t, 2> shape() const = 0;
     /// Range gate of a column; columns of successive gates are neighbours.
     [[nodiscard]] virtual std::ptrdiff_t range_gate(std::ptrdiff_t column) const = 0;
@@ -33,7 +31,13 @@ public:
     [[nodiscard]] virtual bool fractional_columns() const = 0;
     /// True where the pixels are single points, without neighbours.
     [[nodiscard]] virtual bool is_list() const = 0;
+};
 
+/// Where the point methods take their histories from: an image's azimuth spectrum (pga) or phase history (gpga). The sum of a point's
+/// history over the pulses is the image at that point. The layout is that of the image that `form` makes.
+class PointSource : public PixelLayout {
+public:
+    [[nodiscard]] virtual std::ptrdiff_t n_pulse() const = 0;
     /// The image with exp(-j phase) on the pulses. image: [shape()].
     virtual void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) = 0;
     /// The histories of points, no phase taken out. histories: [n_point, n_pulse].

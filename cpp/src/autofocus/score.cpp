@@ -10,29 +10,6 @@
 namespace sarfocus::autofocus::detail {
 namespace {
 
-// Of the pixels of one half.
-struct HalfSums {
-    double pixels = 0.0;
-    double power = 0.0;
-    double square = 0.0;
-
-    // log(sum I^2 / (sum I)^2): rises with focus, blind to scale.
-    [[nodiscard]] double log_sharpness() const { return square > 0.0 ? std::log(square) - 2.0 * std::log(power) : 0.0; }
-};
-
-HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
-    HalfSums out;
-    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
-        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
-            if (halves.of(i, j) != half) continue;
-            const double intensity = std::norm(cdouble(image(i, j)));
-            out.pixels += 1.0;
-            out.power += intensity;
-            out.square += intensity * intensity;
-        }
-    return out;
-}
-
 double peak_near(const ImageView& image, const Pixel& point, const CellSize& reach) {
     const auto i = static_cast<std::ptrdiff_t>(std::lround(point.azimuth));
     const auto j = static_cast<std::ptrdiff_t>(std::lround(point.column));
@@ -53,12 +30,12 @@ std::string sentence(const char* format, double a, double b) {
 
 }  // namespace
 
-Halves::Halves(const PointSource& source, const CellSize& cell) : n_azimuth_(source.shape()[0]) {
-    const auto shape = source.shape();
-    for (std::ptrdiff_t j = 0; j < shape[1]; ++j) gate_.push_back(source.range_gate(j));
+Halves::Halves(const PixelLayout& layout, const CellSize& cell) : n_azimuth_(layout.shape()[0]) {
+    const auto shape = layout.shape();
+    for (std::ptrdiff_t j = 0; j < shape[1]; ++j) gate_.push_back(layout.range_gate(j));
     constexpr double cells_per_piece = 24.0;  // wider than a point's response with its sidelobes, many pieces in any image worth the name
-    range_piece_ = std::max<std::ptrdiff_t>(std::lround(source.fractional_columns() ? cells_per_piece * cell.range : 4.0 * cell.range), 1);
-    azimuth_piece_ = source.fractional_columns() ? std::max<std::ptrdiff_t>(std::lround(cells_per_piece * cell.azimuth), 1) : shape[0];
+    range_piece_ = std::max<std::ptrdiff_t>(std::lround(layout.fractional_columns() ? cells_per_piece * cell.range : 4.0 * cell.range), 1);
+    azimuth_piece_ = layout.fractional_columns() ? std::max<std::ptrdiff_t>(std::lround(cells_per_piece * cell.azimuth), 1) : shape[0];
 }
 
 int Halves::of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const {
@@ -69,6 +46,23 @@ Array<bool, 2> Halves::mask(int half) const {
     Array<bool, 2> out({n_azimuth_, static_cast<std::ptrdiff_t>(gate_.size())});
     for (std::ptrdiff_t i = 0; i < out.extent(0); ++i)
         for (std::ptrdiff_t j = 0; j < out.extent(1); ++j) out(i, j) = of(i, j) == half;
+    return out;
+}
+
+double HalfSums::log_sharpness() const {
+    return square > 0.0 ? std::log(square) - 2.0 * std::log(power) : 0.0;
+}
+
+HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
+    HalfSums out;
+    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
+            if (halves.of(i, j) != half) continue;
+            const double intensity = std::norm(cdouble(image(i, j)));
+            out.pixels += 1.0;
+            out.power += intensity;
+            out.square += intensity * intensity;
+        }
     return out;
 }
 

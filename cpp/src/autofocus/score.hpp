@@ -17,7 +17,7 @@ namespace sarfocus::autofocus::detail {
 /// checkerboard. A point of one half does not take part in the estimate that the other half's pixels are judged by.
 class Halves {
 public:
-    Halves(const PointSource& source, const CellSize& cell);
+    Halves(const PixelLayout& layout, const CellSize& cell);
     [[nodiscard]] int of(std::ptrdiff_t azimuth, std::ptrdiff_t column) const;
     /// [source.shape()], true in one half.
     [[nodiscard]] Array<bool, 2> mask(int half) const;
@@ -28,6 +28,17 @@ private:
     std::ptrdiff_t azimuth_piece_;
     std::ptrdiff_t range_piece_;
 };
+
+/// Of the pixels of one half.
+struct HalfSums {
+    double pixels = 0.0;
+    double power = 0.0;
+    double square = 0.0;
+
+    /// log(sum I^2 / (sum I)^2): rises with focus, blind to scale.
+    [[nodiscard]] double log_sharpness() const;
+};
+[[nodiscard]] HalfSums sums_of(const ImageView& image, const Halves& halves, int half);
 
 /// The four images a decision needs, all [source.shape()].
 struct Trial {

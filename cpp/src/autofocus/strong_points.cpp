@@ -14,8 +14,8 @@ double intensity(const ImageView& image, std::ptrdiff_t i, std::ptrdiff_t j) {
     return std::norm(cdouble(image(i, j)));
 }
 
-bool neighbours(const PointSource& source, std::ptrdiff_t a, std::ptrdiff_t b) {
-    return std::abs(source.range_gate(a) - source.range_gate(b)) == 1;
+bool neighbours(const PixelLayout& layout, std::ptrdiff_t a, std::ptrdiff_t b) {
+    return std::abs(layout.range_gate(a) - layout.range_gate(b)) == 1;
 }
 
 // Pixels per cell from the correlation at lag one: sinc(1 / s) = correlation.
@@ -49,7 +49,7 @@ Pixel refined(const ImageView& image, const PointSource& source, std::ptrdiff_t 
 
 }  // namespace
 
-CellSize cell_size(const ImageView& image, const PointSource& source) {
+CellSize cell_size(const ImageView& image, const PixelLayout& layout) {
     double power = 0.0;
     cdouble along_azimuth{};
     cdouble along_range{};
@@ -59,7 +59,7 @@ CellSize cell_size(const ImageView& image, const PointSource& source) {
             const cdouble value(image(i, j));
             power += std::norm(value);
             if (i + 1 < image.extent(0)) along_azimuth += value * std::conj(cdouble(image(i + 1, j)));
-            if (j + 1 < image.extent(1) && neighbours(source, j, j + 1)) {
+            if (j + 1 < image.extent(1) && neighbours(layout, j, j + 1)) {
                 along_range += value * std::conj(cdouble(image(i, j + 1)));
                 range_power += std::norm(value);
             }

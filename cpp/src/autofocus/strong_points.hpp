@@ -14,7 +14,7 @@ struct CellSize {
     double azimuth = 1.0;
     double range = 1.0;
 };
-[[nodiscard]] CellSize cell_size(const ImageView& image, const PointSource& source);
+[[nodiscard]] CellSize cell_size(const ImageView& image, const PixelLayout& layout);
 
 /// The strongest local maxima, strongest first, no two within `separation` pixels (a box), with sub-pixel positions from a parabola through
 /// the logarithm of the intensity. At most `count`; `wanted` [shape] excludes pixels, an empty view none.

@@ -93,3 +93,51 @@ def gpga(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> Result: ...
+
+class TimeOffsetStatus(Enum):
+    converged = 0
+    not_improved = 1
+    at_the_edge = 2
+
+class TimeOffset:
+    @property
+    def offset(self) -> float: ...
+    @property
+    def estimate(self) -> float: ...
+    @property
+    def offset_std(self) -> float: ...
+    @property
+    def log_sharpness_before(self) -> float: ...
+    @property
+    def log_sharpness_after(self) -> float: ...
+    @property
+    def offsets(self) -> NDArray[np.float64]: ...
+    @property
+    def log_sharpness(self) -> NDArray[np.float64]: ...
+    @property
+    def held_out_gain(self) -> float: ...
+    @property
+    def held_out_noise(self) -> float: ...
+    @property
+    def status(self) -> TimeOffsetStatus: ...
+    @property
+    def reason(self) -> str: ...
+
+def estimate_time_offset(
+    data: NDArray[np.complex64],
+    pulse_time: ArrayLike,
+    track_time: ArrayLike,
+    track_position: ArrayLike,
+    grid: ImageGrid,
+    *,
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    start: float = 0.0,
+    search: float = 0.2,
+    step: float = 0.025,
+    minimum_step: float = 0.0,
+    do_no_harm: bool = True,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> TimeOffset: ...
