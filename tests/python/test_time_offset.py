@@ -45,7 +45,7 @@ def test_offset_is_found(recording, error):
     assert found.status is sarfocus.TimeOffsetStatus.converged, found.reason
     # Twelve points in each other's sidelobes; at 0.4 m/s 2 ms is 0.8 mm, a phase of 0.14 rad at most.
     assert found.offset == found.estimate == pytest.approx(OFFSET, abs=2e-3)
-    assert 0 < found.offset_std < 5e-3
+    assert 0 < found.offset_std < 0.02  # an order of magnitude from six points a half; the peak is some 60 ms wide
     assert found.held_out_gain > 3 * found.held_out_noise
     assert (np.diff(found.offsets) > 0).all()
 
