@@ -12,8 +12,8 @@ namespace sarfocus::autofocus {
 struct PointOptions {
     Estimator estimator = Estimator::maximum_likelihood;
 
-    /// Coarse rounds: half width of the window round every point, as a share of the aperture's bandwidth; 0.5: no window. Wide while the image is
-    /// defocused, then narrow to keep clutter out.
+    /// Coarse rounds: half width of the window round every point, as a share of the aperture's bandwidth; 0.5: no window. Wide while the
+    /// image is defocused, then narrow to keep clutter out.
     std::vector<double> coarse_windows = {0.5, 0.25, 0.125, 0.0625};
     int coarse_points = 100;          ///< enough to average over points that are not point-like; 50 to 1000 made no difference
     double coarse_separation = 6.5;   ///< resolution cells between them, so that one scatterer is not counted many times
