@@ -71,7 +71,7 @@ def run(
         raise ValueError("data: expected phase history with antenna positions")
     n = round(2.0 * HALF_SIZE / PIXEL)
     grid = ImageGrid.plane((-HALF_SIZE, -HALF_SIZE, 0.0), (0.0, PIXEL, 0.0), (PIXEL, 0.0, 0.0), (n, n))
-    truth = [find_peak(history, history.positions, history.data, np.asarray(place)) for place in REFLECTORS]
+    truth = [find_peak(history, history.phase_centres, history.data, np.asarray(place)) for place in REFLECTORS]
     rows: list[dict[str, Any]] = []
     required: list[Requirement] = []
     own: FloatArray | None = None
@@ -113,7 +113,8 @@ def phase_of(history: PhaseHistory, case: Case) -> FloatArray:
     """Return the phase error of the case at the scene centre, rad: 4 pi / lambda times the range the processor takes to be too long."""
     true = np.linalg.norm(history.phase_centres, axis=1)
     assumed = np.linalg.norm(history.phase_centres + case.displacement, axis=1)
-    return case.phase + 4.0 * np.pi / history.wavelength * (assumed - true)
+    error: FloatArray = case.phase + 4.0 * np.pi / history.wavelength * (assumed - true)
+    return error
 
 
 def residual(found: FloatArray, truth: FloatArray) -> float:
