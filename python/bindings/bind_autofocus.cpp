@@ -310,7 +310,7 @@ coarse_windows : sequence of float
 coarse_points, fine_points : int
     Strong points of a coarse and, at most, of a fine round.
 minimum_contrast : float
-    Of a point of the fine rounds: peak power over the mean power of its history, times the number of pulses.
+    Of a point of the fine rounds: peak power over that of the speckle which its range cell would make there.
 fine_rounds, tolerance
     At most so many; they end when the phase changes by less than this, rad RMS.
 do_no_harm : bool
@@ -347,7 +347,7 @@ coarse_windows : sequence of float
 coarse_points, fine_points : int
     Strong points of a coarse and, at most, of a fine round.
 minimum_contrast : float
-    Of a point of the fine rounds: peak power over the mean power of its history, times the number of pulses.
+    Of a point of the fine rounds: peak power over that of the speckle which its range cell would make there.
 fine_rounds, tolerance
     At most so many; they end when the phase changes by less than this, rad RMS.
 do_no_harm : bool

@@ -28,6 +28,8 @@ public:
     [[nodiscard]] bool fractional_columns() const override { return true; }
     [[nodiscard]] bool is_list() const override { return grid_.kind() == ImageGrid::Kind::points && grid_.shape()[1] == 1; }
 
+    [[nodiscard]] double sum_scale() const override { return 1.0; }
+
     void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) override {
         for (std::ptrdiff_t p = 0; p < n_pulse(); ++p) {
             const cfloat rotation(std::polar(1.0, -phase[static_cast<std::size_t>(p)]));

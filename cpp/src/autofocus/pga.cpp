@@ -68,6 +68,7 @@ public:
     [[nodiscard]] std::ptrdiff_t range_gate(std::ptrdiff_t column) const override { return gates_[at(column)]; }
     [[nodiscard]] bool fractional_columns() const override { return false; }
     [[nodiscard]] bool is_list() const override { return false; }
+    [[nodiscard]] double sum_scale() const override { return static_cast<double>(n_azimuth_) * static_cast<double>(n_azimuth_); }
 
     void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) override {
         std::vector<cfloat> factor(at(n_azimuth_), cfloat(1.0f / static_cast<float>(n_azimuth_), 0.0f));

@@ -121,12 +121,11 @@ public:
         fit_lines();
         PhaseEstimate out;
         out.phase_std = standard_deviation();
-        for (std::size_t k = 1; k < phase_.size(); ++k) phase_[k] = phase_[k - 1] + std::remainder(phase_[k] - phase_[k - 1], two_pi);
         for (std::size_t k = 0; k < phase_.size(); ++k)
             if (std::isnan(out.phase_std[k])) phase_[k] = std::numeric_limits<double>::quiet_NaN();
-        remove_linear(phase_);
-        std::replace_if(
-            phase_.begin(), phase_.end(), [](double p) { return std::isnan(p); }, 0.0);  // nothing to correct where there is nothing
+        remove_gauge(phase_);
+        for (double& phase : phase_)
+            if (std::isnan(phase)) phase = 0.0;  // nothing to correct where there is nothing
         out.phase = phase_;
         out.linear_terms = slope_;
         out.amplitude = amplitude_;
@@ -306,6 +305,22 @@ private:
     std::vector<double> weight_;
 };
 
+void unwrap_about_mean_step(std::vector<double>& phase) {
+    cdouble sum{};
+    for (std::size_t k = 1; k < phase.size(); ++k)
+        if (std::isfinite(phase[k]) && std::isfinite(phase[k - 1])) sum += std::polar(1.0, phase[k] - phase[k - 1]);
+    const double mean = std::arg(sum);
+    std::size_t last = phase.size();
+    for (std::size_t k = 0; k < phase.size(); ++k) {
+        if (!std::isfinite(phase[k])) continue;
+        if (last < phase.size()) {
+            const double expected = phase[last] + mean * static_cast<double>(k - last);
+            phase[k] = expected + std::remainder(phase[k] - expected, two_pi);
+        }
+        last = k;
+    }
+}
+
 PhaseEstimate alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
     Monitor monitor(options.execution, "estimate", options.max_iterations);
     int iterations = 0;
@@ -396,6 +411,34 @@ void remove_linear(std::vector<double>& phase) {
     const double slope = sxx > 0.0 ? sxy / sxx : 0.0;
     for (std::size_t k = 0; k < phase.size(); ++k)
         if (std::isfinite(phase[k])) phase[k] -= sy / n + slope * (static_cast<double>(k) - sx / n);
+}
+
+void remove_gauge(std::vector<double>& phase) {
+    const auto n = static_cast<std::ptrdiff_t>(phase.size());
+    const std::ptrdiff_t length = fft::good_size(8 * n);
+    Array<cdouble, 1> spectrum({length});
+    double known = 0.0;
+    for (std::ptrdiff_t k = 0; k < n; ++k)
+        if (std::isfinite(phase[at(k)])) {
+            spectrum(k) = std::polar(1.0, phase[at(k)]);
+            known += 1.0;
+        }
+    if (known == 0.0) return;
+    fft::Plan<double>(length, fft::Direction::forward).execute(spectrum.data());
+    std::ptrdiff_t peak = 0;
+    for (std::ptrdiff_t f = 1; f < length; ++f)
+        if (std::norm(spectrum(f)) > std::norm(spectrum(peak))) peak = f;
+    const double coherence = std::norm(spectrum(peak)) / (known * known);
+    constexpr double small = 0.25;  // about 1.2 rad RMS
+    if (coherence >= small) {
+        const double step = two_pi * static_cast<double>(2 * peak < length ? peak : peak - length) / static_cast<double>(length);
+        const double constant = std::arg(spectrum(peak));
+        for (std::ptrdiff_t k = 0; k < n; ++k)
+            phase[at(k)] = std::remainder(phase[at(k)] - constant - step * static_cast<double>(k), two_pi);
+    } else {
+        unwrap_about_mean_step(phase);
+    }
+    remove_linear(phase);
 }
 
 }  // namespace sarfocus::autofocus

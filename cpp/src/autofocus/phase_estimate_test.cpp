@@ -136,6 +136,38 @@ TEST(PhaseEstimate, LeavesOutWhatHasNoData) {
     EXPECT_LT(std::sqrt(sum), 2.0 * std::sqrt(1.0 / (2.0 * 8.0 * 100.0)));  // eight lines at 20 dB, twice the bound
 }
 
+TEST(RemoveGauge, ABadPulseDoesNotTiltASmallPhase) {
+    // A tilt of 0.9 rad a pulse with one slip of a turn and one pulse of noise: the line of the unwrapped phase would be off by a pixel.
+    std::vector<double> phase;
+    for (std::size_t k = 0; k < 400; ++k)
+        phase.push_back(0.3 * std::sin(0.05 * static_cast<double>(k)) + 0.9 * static_cast<double>(k) + (k > 150 ? two_pi : 0.0));
+    phase[77] += 3.0;
+    std::vector<double> expected;
+    for (std::size_t k = 0; k < 400; ++k) expected.push_back(0.3 * std::sin(0.05 * static_cast<double>(k)));
+    expected[77] += 3.0;
+    remove_gauge(phase);
+    remove_linear(expected);
+    for (std::size_t k = 0; k < 400; ++k) EXPECT_NEAR(phase[k], expected[k], 1e-9);
+}
+
+TEST(RemoveGauge, UnwrapsALargePhaseAndKeepsWhatIsNotKnown) {
+    std::vector<double> truth;
+    std::vector<double> phase;
+    for (std::size_t k = 0; k < 400; ++k) {
+        const double t = static_cast<double>(k) / 200.0 - 1.0;
+        truth.push_back(60.0 * t * t);
+        phase.push_back(std::remainder(truth.back() + 1.1 * static_cast<double>(k), two_pi));
+    }
+    phase[31] = truth[31] = std::numeric_limits<double>::quiet_NaN();
+    remove_gauge(phase);
+    remove_linear(truth);
+    for (std::size_t k = 0; k < 400; ++k) {
+        if (k == 31) continue;
+        EXPECT_NEAR(phase[k], truth[k], 1e-9);
+    }
+    EXPECT_TRUE(std::isnan(phase[31]));
+}
+
 TEST(PhaseEstimate, RefusesWhatMakesNoSense) {
     Lines zeros({3, 20});
     EXPECT_THROW((void)estimate_phase(zeros.view()), NumericalError);

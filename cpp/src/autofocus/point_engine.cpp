@@ -28,20 +28,16 @@ double rms(const Phase& values) {
     return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-Phase wrapped_difference(const Phase& a, const Phase& b) {
+Phase difference(const Phase& a, const Phase& b) {
     Phase out(a.size());
-    double last = 0.0;
-    for (std::size_t k = 0; k < a.size(); ++k) {
-        last += std::remainder(a[k] - b[k] - last, two_pi);
-        out[k] = last;
-    }
-    remove_linear(out);
+    for (std::size_t k = 0; k < a.size(); ++k) out[k] = a[k] - b[k];
+    remove_gauge(out);
     return out;
 }
 
 void add(Phase& phase, const Phase& update) {
     for (std::size_t k = 0; k < phase.size(); ++k) phase[k] += update[k];
-    remove_linear(phase);
+    remove_gauge(phase);
 }
 
 void take_out(const Phase& phase, Array<cfloat, 2>& lines) {
@@ -69,15 +65,61 @@ void low_pass(Array<cfloat, 2>& lines, double share, const Execution& execution)
     });
 }
 
-// P |A|^2 / mean |b|^2 with the phase taken out: one for noise, P for a point alone.
-double contrast_of(const cfloat* line, const Phase& phase) {
+// Power of a history's sum with the phase taken out, and the sum of its powers: equal for noise on average.
+struct SumPower {
+    double coherent = 0.0;
+    double incoherent = 0.0;
+};
+
+SumPower sum_power(const cfloat* line, const Phase& phase) {
     cdouble sum{};
-    double power = 0.0;
+    SumPower out;
     for (std::size_t k = 0; k < phase.size(); ++k) {
         sum += cdouble(line[k]) * std::polar(1.0, -phase[k]);
-        power += std::norm(cdouble(line[k]));
+        out.incoherent += std::norm(cdouble(line[k]));
     }
-    return power > 0.0 ? std::norm(sum) / power : 0.0;
+    out.coherent = std::norm(sum);
+    return out;
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+// Mean power of what lies between the strong points: speckle's median is ln 2 of its mean.
+double background_power(const ImageView& image) {
+    constexpr std::ptrdiff_t at_most = 65536;
+    const std::ptrdiff_t step = std::max<std::ptrdiff_t>(image.size() / at_most, 1);
+    std::vector<double> powers;
+    for (std::ptrdiff_t k = 0; k < image.size(); k += step)
+        powers.push_back(std::norm(cdouble(image(k / image.extent(1), k % image.extent(1)))));
+    return median(std::move(powers)) / std::log(2.0);
+}
+
+// Highest power of the image along azimuth near each point: the peak of the zero-padded periodogram of its history within an eighth of the
+// bandwidth to each side, between the samples by a parabola, so that it does not matter where the peak falls among the pixels.
+std::vector<double> peak_powers(const Array<cfloat, 2>& lines, const Phase& phase, const Execution& execution) {
+    const std::ptrdiff_t length = fft::good_size(4 * lines.extent(1));
+    const fft::Plan<float> plan(length, fft::Direction::forward);
+    std::vector<cfloat> rotation;
+    for (const double p : phase) rotation.emplace_back(std::polar(1.0, -p));
+    std::vector<double> out(static_cast<std::size_t>(lines.extent(0)));
+    parallel_for(execution, "peaks", lines.extent(0), [&](std::int64_t n) {
+        Array<cfloat, 1> line({length});
+        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) line(k) = lines(n, k) * rotation[static_cast<std::size_t>(k)];
+        plan.execute(line.data());
+        const auto power = [&](std::ptrdiff_t f) { return std::norm(cdouble(line((f + length) % length))); };
+        std::ptrdiff_t peak = 0;
+        for (std::ptrdiff_t f = -length / 8; f <= length / 8; ++f)
+            if (power(f) > power(peak)) peak = f;
+        const double left = power(peak - 1);
+        const double right = power(peak + 1);
+        const double curvature = left - 2.0 * power(peak) + right;
+        out[static_cast<std::size_t>(n)] = power(peak) - (curvature < 0.0 ? 0.125 * (left - right) * (left - right) / curvature : 0.0);
+    });
+    return out;
 }
 
 class Stopwatch {
@@ -206,7 +248,7 @@ private:
         if (options_.estimator == Estimator::maximum_likelihood) how.initial_phase = so_far.phase;
         how.execution = options_.execution;
         so_far.last = estimate_phase(so_far.fine.lines.view(), how);
-        const Phase update = wrapped_difference(so_far.last.phase, so_far.phase);
+        const Phase update = difference(so_far.last.phase, so_far.phase);
         add(so_far.phase, update);
         so_far.settled = rms(update) < options_.tolerance;
         note(half, {"fine", 1.0, static_cast<int>(so_far.fine.points.size()), so_far.last.iterations, rms(update)});
@@ -219,9 +261,7 @@ private:
         const std::vector<Pixel> points = choose(phase, options_.fine_points, options_.fine_separation, half);
         if (points.empty()) return out;
         const Array<cfloat, 2> all = histories(points);
-        std::vector<double> contrast(points.size());
-        parallel_for(options_.execution, "weigh points", static_cast<std::int64_t>(points.size()),
-                     [&](std::int64_t n) { contrast[static_cast<std::size_t>(n)] = contrast_of(all.data() + n * all.extent(1), phase); });
+        const std::vector<double> contrast = contrasts(all, phase);
         std::vector<std::size_t> order(points.size());
         std::iota(order.begin(), order.end(), std::size_t{0});
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return contrast[a] > contrast[b]; });
@@ -237,6 +277,24 @@ private:
                         out.lines.data() + static_cast<std::ptrdiff_t>(n) * all.extent(1));
         }
         watch_.lap("choose points");
+        return out;
+    }
+
+    // Peak power over that of the speckle that would lie there: the power of the point's history, spread as the image's background is. A
+    // scene that fills only a part of what the pulses resolve gathers its speckle in that part.
+    [[nodiscard]] std::vector<double> contrasts(const Array<cfloat, 2>& lines, const Phase& phase) const {
+        std::vector<SumPower> powers(static_cast<std::size_t>(lines.extent(0)));
+        parallel_for(options_.execution, "weigh points", lines.extent(0),
+                     [&](std::int64_t n) { powers[static_cast<std::size_t>(n)] = sum_power(lines.data() + n * lines.extent(1), phase); });
+        double filling = 1.0;
+        if (!source_.is_list()) {
+            std::vector<double> weaker;  // points come strongest first
+            for (std::size_t n = powers.size() / 2; n < powers.size(); ++n) weaker.push_back(powers[n].incoherent);
+            const double typical = median(std::move(weaker));
+            if (typical > 0.0) filling = std::max(background_power(image_.view()) * source_.sum_scale() / typical, 1.0);
+        }
+        std::vector<double> out;
+        for (const SumPower& p : powers) out.push_back(p.incoherent > 0.0 ? p.coherent / (p.incoherent * filling) : 0.0);
         return out;
     }
 
@@ -264,6 +322,10 @@ private:
             const double power = all.last.signal_power[n] + all.last.noise_power[n];
             out.coherence.push_back(power > 0.0 ? all.last.signal_power[n] / power : 0.0);
         }
+        const std::vector<double> before = peak_powers(all.fine.lines, Phase(all.phase.size(), 0.0), options_.execution);
+        const std::vector<double> after = peak_powers(all.fine.lines, all.phase, options_.execution);
+        for (std::size_t n = 0; n < before.size(); ++n)
+            out.gain_db.push_back(before[n] > 0.0 ? 10.0 * std::log10(after[n] / before[n]) : 0.0);
         double count = 0.0;
         for (const double std : all.last.phase_std)
             if (std::isfinite(std)) {

@@ -34,10 +34,13 @@ public:
 };
 
 /// Where the point methods take their histories from: an image's azimuth spectrum (pga) or phase history (gpga). The sum of a point's
-/// history over the pulses is the image at that point. The layout is that of the image that `form` makes.
+/// history over the pulses is the image at that point, up to a constant factor. The layout is that of the image that `form` makes.
 class PointSource : public PixelLayout {
 public:
     [[nodiscard]] virtual std::ptrdiff_t n_pulse() const = 0;
+    /// Squared magnitude of a history's sum over that of the image at its point.
+    [[nodiscard]] virtual double sum_scale() const = 0;
+
     /// The image with exp(-j phase) on the pulses. image: [shape()].
     virtual void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) = 0;
     /// The histories of points, no phase taken out. histories: [n_point, n_pulse].

@@ -10,18 +10,6 @@
 namespace sarfocus::autofocus::detail {
 namespace {
 
-double peak_near(const ImageView& image, const Pixel& point, const CellSize& reach) {
-    const auto i = static_cast<std::ptrdiff_t>(std::lround(point.azimuth));
-    const auto j = static_cast<std::ptrdiff_t>(std::lround(point.column));
-    const auto di = static_cast<std::ptrdiff_t>(std::ceil(reach.azimuth));
-    const auto dj = static_cast<std::ptrdiff_t>(std::ceil(reach.range));
-    double out = 0.0;
-    for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(i - di, 0); a <= std::min(i + di, image.extent(0) - 1); ++a)
-        for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(j - dj, 0); b <= std::min(j + dj, image.extent(1) - 1); ++b)
-            out = std::max(out, std::norm(cdouble(image(a, b))));
-    return out;
-}
-
 std::string sentence(const char* format, double a, double b) {
     char text[200];
     std::snprintf(text, sizeof text, format, a, b);
@@ -88,17 +76,10 @@ double held_out(const Trial& trial, const Halves& halves, const CellSize& cell, 
     return worst;
 }
 
-double mean_point_gain_db(const Trial& trial, const CellSize& cell, const Evidence& evidence) {
-    double gain = 0.0;
-    double weights = 0.0;
-    for (std::size_t n = 0; n < evidence.points.size(); ++n) {
-        const double before = peak_near(trial.before, evidence.points[n], cell);
-        const double after = peak_near(trial.after, evidence.points[n], cell);
-        if (!(before > 0.0 && after > 0.0)) continue;
-        gain += evidence.weight[n] * 10.0 * std::log10(after / before);
-        weights += evidence.weight[n];
-    }
-    return weights > 0.0 ? gain / weights : 0.0;
+double weighted_mean(const std::vector<double>& values, const std::vector<double>& weights) {
+    double sum = 0.0;
+    for (std::size_t n = 0; n < values.size(); ++n) sum += weights[n] * values[n];
+    return sum;
 }
 
 bool one_sided(const Halves& halves, const Evidence& evidence) {
@@ -111,11 +92,12 @@ bool one_sided(const Halves& halves, const Evidence& evidence) {
 
 // Judged by the points themselves, because the other half has none to speak of.
 void judge_alone(const Evidence& evidence, Score& score) {
-    double coherence = 0.0;
-    for (std::size_t n = 0; n < evidence.points.size(); ++n) coherence += evidence.weight[n] * evidence.coherence[n];
+    const double coherence = weighted_mean(evidence.coherence, evidence.weight);
     // Noise of any phase history reaches pi / 4 when every pulse is turned to the same phase; 0.9 is a signal 10 dB above its noise.
     constexpr double steady = 0.9;
-    const double explained_db = 10.0 * std::log10(1.0 + sigmas * evidence.mean_variance);
+    // Turning every pulse to the noise's phase raises a peak by the variance of that phase, (1 - c) / 2c for a single point of coherence c.
+    const double variance = std::max(evidence.mean_variance, (1.0 - coherence) / (2.0 * coherence));
+    const double explained_db = 10.0 * std::log10(1.0 + sigmas * variance);
     if (!(coherence >= steady))
         score.reason =
             sentence("the few strong points are unsteady (coherence %.2f, %.2f needed) and no other part of the scene confirms them",
@@ -136,7 +118,7 @@ Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, cons
     score.entropy_before = quality::entropy(trial.before, execution);
     score.entropy_after = quality::entropy(trial.after, execution);
     const double worst = held_out(trial, halves, cell, score);
-    score.point_gain_db = mean_point_gain_db(trial, cell, evidence);
+    score.point_gain_db = weighted_mean(evidence.gain_db, evidence.weight);
 
     if (!(score.entropy_after < score.entropy_before))
         score.reason = sentence("entropy did not fall: %.4f before, %.4f nat after", score.entropy_before, score.entropy_after);

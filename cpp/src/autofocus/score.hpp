@@ -53,6 +53,7 @@ struct Evidence {
     std::vector<Pixel> points;
     std::vector<double> weight;     ///< shares of the information
     std::vector<double> coherence;  ///< |A|^2 over mean power of each history, corrected: pi / 4 at most for noise alone
+    std::vector<double> gain_db;    ///< of each point's peak
     double mean_variance = 0.0;     ///< rad^2, of the estimated phase
 };
 

@@ -48,4 +48,8 @@ struct PhaseEstimate {
 /// Subtracts the least-squares constant and line over the entries that are finite [methods 0, gauge].
 SARFOCUS_API void remove_linear(std::vector<double>& phase);
 
+/// The same for a phase known modulo 2 pi; nan where it is not known. A small phase is laid about the line that fits exp(j phase) best,
+/// which no single bad pulse can tilt; a large one is unwrapped along the aperture, about its mean step, before its line is taken out.
+SARFOCUS_API void remove_gauge(std::vector<double>& phase);
+
 }  // namespace sarfocus::autofocus

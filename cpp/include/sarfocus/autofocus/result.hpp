@@ -23,7 +23,7 @@ struct StrongPoint {
     double range = 0.0;     ///< pixel, fractional
     double shift = 0.0;     ///< azimuth pixels by which the correction moves it; zero where one linear phase for all is the gauge
     double weight = 0.0;    ///< its share of the information; all add up to one
-    double contrast = 0.0;  ///< peak power over the mean power of its history, times the number of pulses: 1 for noise
+    double contrast = 0.0;  ///< peak power over that of the speckle which its range cell would make there: 1 for noise
 };
 
 /// One round of the estimation, for the report.
