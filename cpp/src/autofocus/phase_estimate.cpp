@@ -429,7 +429,7 @@ void remove_gauge(std::vector<double>& phase) {
     for (std::ptrdiff_t f = 1; f < length; ++f)
         if (std::norm(spectrum(f)) > std::norm(spectrum(peak))) peak = f;
     const double coherence = std::norm(spectrum(peak)) / (known * known);
-    constexpr double small = 0.25;  // about 1.2 rad RMS
+    constexpr double small = 0.6;  // about 0.7 rad RMS: only a bad pulse is more than half a turn away
     if (coherence >= small) {
         const double step = two_pi * static_cast<double>(2 * peak < length ? peak : peak - length) / static_cast<double>(length);
         const double constant = std::arg(spectrum(peak));
