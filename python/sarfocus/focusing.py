@@ -13,6 +13,7 @@ from . import ImageGrid, backproject, gpga, measurement, pga
 from .grids import check_grid, resolution
 from .io import Image, PhaseHistory
 from .memory import require_image_memory
+from .motion import along_path, synchronised
 from .plain import plain
 
 Progress = Callable[[str, int, int], None] | None
@@ -27,7 +28,11 @@ class Focused:
 
 
 def form_image(history: PhaseHistory, grid: ImageGrid, *, threads: int = 0, progress: Progress = None) -> Image:
-    """Backproject a phase history onto a grid; the grid and the memory are checked first."""
+    """Backproject a phase history onto a grid; the grid and the memory are checked first.
+
+    Pulses on a track are weighted by the path they stand for.
+    """
+    history = along_path(history)
     check_grid(history, grid)
     require_image_memory(grid.shape)
     data = backproject(
@@ -53,12 +58,29 @@ def focus_image(image: Image, *, threads: int = 0, progress: Progress = None) ->
     return focused(image, result, "pga", {"autofocus": time.perf_counter() - started}, threads)
 
 
-def focus_history(history: PhaseHistory, grid: ImageGrid, *, threads: int = 0, progress: Progress = None) -> Focused:
-    """Form the image as recorded, then run autofocus by backprojection on the phase history."""
+def focus_history(
+    history: PhaseHistory, grid: ImageGrid, *, time_offset: bool = True, threads: int = 0, progress: Progress = None
+) -> Focused:
+    """Form the image as recorded, then run autofocus by backprojection on the phase history.
+
+    Where the positions come from a track with a clock of its own, the offset between the clocks is estimated first, unless `time_offset`
+    is False: no phase per pulse can stand for it.
+    """
     require_image_memory(grid.shape, copies=2)
     started = time.perf_counter()
     before = form_image(history, grid, threads=threads, progress=progress)
-    formed = time.perf_counter()
+    seconds = {"form": time.perf_counter() - started}
+    clocks: dict[str, Any] = {}
+    if time_offset and history.track is not None:
+        begun = time.perf_counter()
+        recorded = history.track.offset
+        history, found = synchronised(history, grid, threads=threads, progress=progress)
+        names = ("offset", "estimate", "offset_std", "log_sharpness_before", "log_sharpness_after", "held_out_gain", "held_out_noise")
+        figures = {name: plain(getattr(found, name)) for name in (*names, "status", "reason")}
+        clocks = {"time_offset": {"recorded": recorded} | figures}
+        seconds["time_offset"] = time.perf_counter() - begun
+    history = along_path(history)
+    placed = time.perf_counter()
     result = gpga(
         history.data,
         history.antenna,
@@ -69,8 +91,10 @@ def focus_history(history: PhaseHistory, grid: ImageGrid, *, threads: int = 0, p
         threads=threads,
         progress=progress,
     )
-    seconds = {"form": formed - started, "autofocus": time.perf_counter() - formed}
-    return focused(before, result, "gpga", seconds, threads)
+    seconds["autofocus"] = time.perf_counter() - placed
+    out = focused(before, result, "gpga", seconds, threads)
+    out.image.metadata["autofocus"] |= clocks
+    return out
 
 
 def focused(before: Image, result: Any, method: str, seconds: dict[str, float], threads: int) -> Focused:

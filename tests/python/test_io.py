@@ -1,5 +1,6 @@
 """Readers and writers: what is written comes back, what is damaged is refused in one line, nothing is lost when writing fails."""
 
+import dataclasses
 import json
 import os
 import stat
@@ -13,6 +14,7 @@ import sarfocus
 from reference.histories import history
 from sarfocus import ImageGrid, NumericalError, ShapeError, StripmapGeometry
 from sarfocus.io import FormatError, Image, PhaseHistory, layout, read, read_bwsi, read_gotcha, write
+from sarfocus.motion import along_path, with_time_offset
 
 CONTAINERS = (".npz", ".h5", ".hdf5")
 
@@ -406,18 +408,55 @@ def test_real_samples_become_profiles_with_the_carrier(tmp_path):
     assert np.abs(np.mean(turned)) == pytest.approx(1e6, rel=0.15)
 
 
-def test_pulses_at_rest_are_left_out(tmp_path):
-    """The platform stands still for the first half of the motion: one pulse stays of those; a jitter of 1 mm doesn't count as motion."""
+def test_pulses_at_rest_are_left_out_of_the_path(tmp_path):
+    """The platform stands still for the first half of the motion; a jitter of 0.3 mm doesn't count as motion, and the track is kept."""
     fields = bwsi_fields()
     times = fields["mocap_time_s"]
-    jitter = 0.001 * np.random.default_rng(6).standard_normal(times.size)
+    jitter = 0.0003 * np.random.default_rng(6).standard_normal(times.size)
     fields["platform_pos_m"][:, 1] = np.maximum(0.0, times - 1.0) + np.where(times < 1.0, jitter, 0.0)
     np.savez(tmp_path / "x.npz", **fields)
-    pulse_times = fields["scan_time_s"] + 0.5
     found = read(tmp_path / "x.npz")
-    assert len(found.data) == len(found.positions) == 1 + np.sum(pulse_times >= 1.008)
-    assert found.metadata["recorded_pulses"] == 20
-    assert len(read_bwsi(tmp_path / "x.npz", min_step=0.0).data) == 20
+    assert len(found.data) == len(found.positions) == 20
+    write(tmp_path / "own.h5", found)
+    for recorded in (found, read(tmp_path / "own.h5")):
+        moving = along_path(recorded)
+        assert moving.track is None
+        assert moving.metadata["recorded_pulses"] == 20
+        pulse_times = fields["scan_time_s"] + 0.5
+        first = int(np.argmax(pulse_times > 1.0)) - 1  # half of its path lies behind the rest
+        np.testing.assert_array_equal(moving.positions, found.positions[first:])
+        gain = np.abs(moving.data).mean(axis=1) / np.abs(found.data[first:]).mean(axis=1)
+        assert gain.mean() == pytest.approx(1.0, rel=1e-6)
+        assert gain[0] < 0.75 * gain[2] == pytest.approx(0.75 * gain[-1], rel=1e-6)
+
+
+def test_track_is_placed_anew(tmp_path):
+    np.savez(tmp_path / "x.npz", **bwsi_fields())
+    moved = with_time_offset(read(tmp_path / "x.npz"), 1.25)
+    assert moved.track.offset == 1.25
+    np.testing.assert_allclose(moved.positions[:, 1], np.linspace(1.25, 2.25, 20), rtol=0, atol=1e-12)
+    with pytest.raises(ValueError, match="within the track"):
+        with_time_offset(moved, 2.5)
+    with pytest.raises(ValueError, match="track"):
+        with_time_offset(along_path(moved), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [
+        ({"time": np.zeros(301)}, ValueError),
+        ({"pulse_time": np.zeros(3)}, sarfocus.ShapeError),
+        ({"position": np.zeros((4, 3))}, sarfocus.ShapeError),
+        ({"position": np.full((301, 3), np.nan)}, sarfocus.NumericalError),
+        ({"offset": np.inf}, ValueError),
+        ({"minimum_step": -1.0}, ValueError),
+    ],
+)
+def test_tracks_that_do_not_fit_are_refused(tmp_path, change, error):
+    np.savez(tmp_path / "x.npz", **bwsi_fields())
+    found = read(tmp_path / "x.npz")
+    with pytest.raises(error, match="track"):
+        dataclasses.replace(found, track=dataclasses.replace(found.track, **change))
 
 
 def test_pulses_outside_the_motion_capture_are_refused(tmp_path):

@@ -38,7 +38,6 @@ struct HalfSums {
     /// log(sum I^2 / (sum I)^2): rises with focus, blind to scale.
     [[nodiscard]] double log_sharpness() const;
 };
-[[nodiscard]] HalfSums sums_of(const ImageView& image, const Halves& halves, int half);
 
 /// The four images a decision needs, all [source.shape()].
 struct Trial {

@@ -8,12 +8,12 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <memory>
 #include <utility>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
+#include <sarfocus/detect/local_maxima.hpp>
 #include <sarfocus/geometry/phase_centres.hpp>
 
 #include "score.hpp"
@@ -58,6 +58,52 @@ struct Halved {
         return whole.log_sharpness();
     }
 };
+
+Halved halved(const ImageView& image, const Array<std::uint8_t, 2>& half) {
+    Halved out;
+    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
+            const double intensity = std::norm(cdouble(image(i, j)));
+            HalfSums& sums = out.half[half(i, j)];
+            sums.pixels += 1.0;
+            sums.power += intensity;
+            sums.square += intensity * intensity;
+        }
+    return out;
+}
+
+// Two halves of the scene with an equal share of what is bright: every pixel goes with the strong point next to it, so that no response is
+// cut in two, and the points, the strongest first, with the half that has less so far.
+Array<std::uint8_t, 2> halves_of(const ImageView& image, const detail::CellSize& cell, int threads) {
+    constexpr double cells_apart = 24.0;  // wider than a point's response with its sidelobes
+    constexpr std::size_t most_points = 64;
+    detect::LocalMaximaOptions options;
+    options.execution.threads = threads;
+    options.count = 4096;
+    std::vector<detect::Point> points = detect::coalesce(detect::local_maxima(image, options),
+                                                         {std::lround(cells_apart * cell.azimuth), std::lround(cells_apart * cell.range)});
+    points.resize(std::min(points.size(), most_points));
+    std::vector<std::uint8_t> side;
+    std::array<double, 2> square{};
+    for (const detect::Point& p : points) {
+        side.push_back(square[1] < square[0] ? 1 : 0);
+        square[side.back()] += p.intensity * p.intensity;
+    }
+    Array<std::uint8_t, 2> out(image.extents());
+    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
+            double nearest = std::numeric_limits<double>::infinity();
+            for (std::size_t n = 0; n < points.size(); ++n) {
+                const double away = std::hypot(static_cast<double>(i - points[n].azimuth) / cell.azimuth,
+                                               static_cast<double>(j - points[n].range) / cell.range);
+                if (away < nearest) {
+                    nearest = away;
+                    out(i, j) = side[n];
+                }
+            }
+        }
+    return out;
+}
 
 // The pulses that move, placed and weighted for one offset.
 struct Placed {
@@ -187,12 +233,11 @@ private:
         focus::backproject({placed.data.view(), placed.range_start.view(), profiles_.range_spacing, profiles_.wavelength},
                            geometry::PhaseCentres(placed.positions.view()), grid_, image_.view(), how);
         ++done_;
-        if (!halves_) {
-            const GridLayout layout(grid_);
-            cell_ = detail::cell_size(image_.view(), layout);
-            halves_ = std::make_unique<detail::Halves>(layout, cell_);
+        if (half_.empty()) {
+            cell_ = detail::cell_size(image_.view(), GridLayout(grid_));
+            half_ = halves_of(image_.view(), cell_, options_.execution.threads);
         }
-        Halved out{{sums_of(image_.view(), *halves_, 0), sums_of(image_.view(), *halves_, 1)}};
+        const Halved out = halved(image_.view(), half_);
         if (!(out.half[0].square + out.half[1].square > 0.0))
             throw NumericalError("data: expected an image that is not zero, got zeros at offset " + number_text(offset) + " s");
         return out;
@@ -276,7 +321,7 @@ private:
     double least_ = 0.0;
     double most_ = 0.0;
     detail::CellSize cell_;
-    std::unique_ptr<detail::Halves> halves_;
+    Array<std::uint8_t, 2> half_;
     std::map<double, Halved> curve_;
     std::int64_t done_ = 0;
     std::int64_t images_ = 0;

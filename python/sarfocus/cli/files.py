@@ -80,6 +80,8 @@ def describe_history(history: PhaseHistory) -> dict[str, Any]:
         if "scene_centre" in history.metadata:
             cell = resolution(history, np.asarray(history.metadata["scene_centre"], dtype=np.float64))
             out |= {"resolution": cell, "default_grid": describe_grid(default_grid(history))}
+    if history.track is not None:
+        out["track"] = {"offset": history.track.offset, "minimum_step": history.track.minimum_step, "samples": len(history.track.time)}
     return out | {"metadata": history.metadata}
 
 

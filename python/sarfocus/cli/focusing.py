@@ -36,6 +36,10 @@ def autofocus(
     centre: Centre = None,
     size: Size = None,
     spacing: Spacing = None,
+    time_offset: Annotated[
+        bool,
+        typer.Option("--time-offset/--no-time-offset", help="Estimate the offset between the clocks of radar and track, if there are two."),
+    ] = True,
     keep_before: Annotated[bool, typer.Option("--before/--no-before", help="Keep the image before autofocus in the result.")] = True,
     threads: Threads = 0,
     as_json: Json = False,
@@ -54,7 +58,7 @@ def autofocus(
             focused = focus_image(item, threads=threads, progress=progress)
         else:
             grid = default_grid(read_history(inputs), centre=centre, size=size, spacing=spacing)
-            focused = focus_history(item, grid, threads=threads, progress=progress)
+            focused = focus_history(item, grid, time_offset=time_offset, threads=threads, progress=progress)
     if not keep_before:
         focused.image.arrays.pop("before", None)
     write(target, focused.image)

@@ -9,6 +9,6 @@ from .bwsi import read_bwsi
 from .dispatch import read, write
 from .errors import FormatError
 from .gotcha import read_gotcha
-from .model import Image, PhaseHistory
+from .model import Image, PhaseHistory, Track
 
-__all__ = ["FormatError", "Image", "PhaseHistory", "read", "read_bwsi", "read_gotcha", "write"]
+__all__ = ["FormatError", "Image", "PhaseHistory", "Track", "read", "read_bwsi", "read_gotcha", "write"]

@@ -13,6 +13,11 @@ transmitter, receiver  float64 [n_pulse, 3]        m
 range_start            float64 [] or [n_pulse]     m (phase history)
 range_spacing          float64                     m
 wavelength             float64                     m (phase history)
+track/pulse_time       float64 [n_pulse]           s, on the radar's clock (phase history whose motion has a clock of its own)
+track/time             float64 [n]                 s, on the track's clock
+track/position         float64 [n, 3]              m
+track/offset           float64                     s, radar's clock to track's
+track/minimum_step     float64                     m from pulse to pulse up to which the platform rests
 azimuth_spacing        float64                     m (image, optional)
 grid/kind              text                        ``plane``, ``polar`` or ``points`` (image, optional)
 grid/vectors           float64 [3, 3]              plane: origin, azimuth step, range step; polar: centre, range and azimuth direction
@@ -38,10 +43,11 @@ import numpy.typing as npt
 from .._core.geometry import ImageGrid, StripmapGeometry
 from ..plain import plain
 from .errors import FormatError
-from .model import Image, PhaseHistory
+from .model import Image, PhaseHistory, Track
 
 VERSION = 1
 Fields = dict[str, npt.NDArray[Any]]
+TRACK_FIELDS = ("pulse_time", "time", "position", "offset", "minimum_step")
 GEOMETRY_FIELDS = ("wavelength", "prf", "velocity", "slant_range", "doppler_bandwidth", "doppler_centroid")
 
 
@@ -64,6 +70,8 @@ def _history_fields(history: PhaseHistory) -> Fields:
         fields["transmitter"], fields["receiver"] = history.positions
     elif history.positions is not None:
         fields["positions"] = history.positions
+    if history.track is not None:
+        fields |= {f"track/{name}": np.asarray(getattr(history.track, name), dtype=np.float64) for name in TRACK_FIELDS}
     return fields
 
 
@@ -112,7 +120,11 @@ def _history(fields: Mapping[str, Any], metadata: dict[str, Any]) -> PhaseHistor
     elif "transmitter" in fields:
         positions = (fields["transmitter"], _field(fields, "receiver"))
     start, spacing, wavelength = (_field(fields, name) for name in ("range_start", "range_spacing", "wavelength"))
-    return PhaseHistory(_field(fields, "data"), positions, start, float(spacing), float(wavelength), metadata)
+    track = None
+    if "track/time" in fields:
+        pulse_time, time, position, offset, minimum_step = (_field(fields, f"track/{name}") for name in TRACK_FIELDS)
+        track = Track(pulse_time, time, position, float(offset), float(minimum_step))
+    return PhaseHistory(_field(fields, "data"), positions, start, float(spacing), float(wavelength), metadata, track)
 
 
 def _image(fields: Mapping[str, Any], metadata: dict[str, Any]) -> Image:

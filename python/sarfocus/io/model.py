@@ -56,6 +56,49 @@ def checked_positions(values: object, name: str, n_pulse: int) -> FloatArray:
 
 
 @dataclass
+class Track:
+    """The motion of the platform as recorded by a clock other than the radar's.
+
+    Attributes
+    ----------
+    pulse_time : float64 [n_pulse]
+        s, on the radar's clock.
+    time : float64 [n]
+        s, increasing, on the clock of the track.
+    position : float64 [n, 3]
+        m.
+    offset : float
+        s, added to the radar's clock to get the track's; the positions of the phase history are those at this offset.
+    minimum_step : float
+        m from pulse to pulse at or below which the platform rests; see `sarfocus.path_weights`.
+
+    Raises
+    ------
+    ShapeError, ValueError, NumericalError
+    """
+
+    pulse_time: FloatArray
+    time: FloatArray
+    position: FloatArray
+    offset: float = 0.0
+    minimum_step: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("pulse_time", "time"):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            if values.ndim != 1:
+                raise ShapeError(f"track.{name}: expected one dimension, got shape {values.shape}")
+            require_finite(values, f"track.{name}")
+            setattr(self, name, values)
+        self.position = checked_positions(self.position, "track.position", self.time.size)
+        if not (np.diff(self.time) > 0).all():
+            raise ValueError("track.time: expected increasing values")
+        self.offset, self.minimum_step = float(self.offset), float(self.minimum_step)
+        if not (np.isfinite(self.offset) and self.minimum_step >= 0):
+            raise ValueError(f"track: expected a finite offset and a minimum_step >= 0, got {self.offset} and {self.minimum_step}")
+
+
+@dataclass
 class PhaseHistory:
     """Range-compressed echoes with the carrier phase kept, and where the radar was.
 
@@ -74,6 +117,8 @@ class PhaseHistory:
     metadata : dict
         Plain data. Keys that are used here: ``scene_centre`` (x, y, z in m), ``scene_size`` (azimuth, range in m), ``bandwidth`` (Hz),
         ``source``.
+    track : Track, optional
+        Where the positions come from, if from a clock of its own. `sarfocus.motion` works with it.
 
     Raises
     ------
@@ -87,6 +132,7 @@ class PhaseHistory:
     range_spacing: float
     wavelength: float
     metadata: dict[str, Any] = field(default_factory=dict)
+    track: Track | None = None
 
     def __post_init__(self) -> None:
         require_complex(self.data, "data")
@@ -100,6 +146,10 @@ class PhaseHistory:
             )
         elif self.positions is not None:
             self.positions = checked_positions(self.positions, "positions", n_pulse)
+        if self.track is not None and (len(self.track.pulse_time) != n_pulse or not isinstance(self.positions, np.ndarray)):
+            raise ShapeError(
+                f"track: expected one time and one position for each of {n_pulse} pulses, got {len(self.track.pulse_time)} times"
+            )
         self.range_start = self._checked_range_start(n_pulse)
         require_positive(self.range_spacing, "range_spacing")
         require_positive(self.wavelength, "wavelength")

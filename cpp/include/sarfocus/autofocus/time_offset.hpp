@@ -53,10 +53,10 @@ struct TimeOffset {
 /// a straight path at constant speed an offset only shifts the image; nothing can be seen of it there.
 ///
 /// profiles: every recorded pulse; pulse_time: [n_pulse], s, on the radar's clock. Offsets for which the track does not cover all pulses
-/// are not tried. Decision: the offset that one half of the scene (checkerboard) gives must sharpen the other, both ways, on average by
-/// more than three times what speckle would give by chance; where one half has next to no share, the whole scene's gain must exceed that.
-/// About 2 search / step + 15 images are formed. Throws as focus::backproject and geometry::interpolate_track do; NumericalError for an
-/// image of zeros.
+/// are not tried. Decision: the offset that one half of the scene gives (its strong points are dealt out, each with its surroundings) must
+/// sharpen the other, both ways, on average by more than three times what speckle would give by chance; where one half has next to no
+/// share, the whole scene's gain must exceed that. About 2 search / step + 15 images are formed. Throws as focus::backproject and
+/// geometry::interpolate_track do; NumericalError for an image of zeros.
 [[nodiscard]] SARFOCUS_API TimeOffset estimate_time_offset(const focus::RangeProfiles& profiles,
                                                            const ArrayView<const double, 1>& pulse_time, const geometry::Track& track,
                                                            const geometry::ImageGrid& grid, const TimeOffsetOptions& options = {});
