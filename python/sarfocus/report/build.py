@@ -175,7 +175,16 @@ def _comparison(name: str, values: dict[str, float], spec: str) -> Comparison:
 
 
 def _verdict(autofocus: dict[str, Any], whole: dict[str, dict[str, float]], responses: Sequence[dict[str, PointResponse]]) -> str:
-    parts = [STATUS_TEXT.get(str(autofocus.get("status")), f"Status: {autofocus['status']}." if autofocus else "No autofocus was run.")]
+    status = str(autofocus.get("status"))
+    clocks = autofocus.get("time_offset", {})
+    moved = clocks.get("offset", 0.0) - clocks.get("recorded", 0.0)
+    if moved != 0.0:
+        after = {"not_improved": "found nothing more to improve", "no_strong_points": "found no strong points to work on"}.get(
+            status, f"ended: {status}"
+        )
+        parts = [f"The clocks of radar and track were brought together by {1e3 * moved:+.1f} ms; autofocus then {after}."]
+    else:
+        parts = [STATUS_TEXT.get(status, f"Status: {status}." if autofocus else "No autofocus was run.")]
     if {"before", "after", "ideal"} <= whole.keys():
         lost = whole["before"]["entropy"] - whole["ideal"]["entropy"]
         if lost > 0:
