@@ -28,5 +28,7 @@ def reading(path: Path) -> Iterator[None]:
         raise FormatError(f"{path}: no such file") from error
     except MemoryError:
         raise
-    except Exception as error:  # a damaged file makes the libraries beneath raise almost anything
+    except ValueError as error:
         raise FormatError(f"{path}: {one_line(error)}") from error
+    except Exception as error:  # a damaged file makes the libraries beneath raise almost anything
+        raise FormatError(f"{path}: damaged or cut short: {one_line(error)}") from error
