@@ -4,14 +4,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
 #include <sarfocus/core/array.hpp>
-#include <sarfocus/core/checks.hpp>
-#include <sarfocus/core/constants.hpp>
-#include <sarfocus/core/error.hpp>
 #include <sarfocus/fft/plan.hpp>
 
 #include "score.hpp"
