@@ -4,10 +4,13 @@
 
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/focus/backproject.hpp>
+#include <sarfocus/focus/doppler_centroid.hpp>
+#include <sarfocus/focus/range_doppler.hpp>
 
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "radar_arguments.hpp"
+#include "window_argument.hpp"
 
 namespace py = pybind11;
 
@@ -68,9 +71,116 @@ py::array project(const py::object& scene, const ImageGrid& grid, const py::obje
     return data.owner;
 }
 
+py::array form_stripmap(const py::object& echo, const geometry::StripmapGeometry& geometry, const py::object& chirp, double range_start,
+                        double range_sampling, double replica_origin, const py::object& window, const py::object& out, int threads,
+                        const py::object& progress) {
+    const auto samples = input<cfloat, 2>(echo, "echo");
+    const auto pulse = chirp.is_none() ? Input<cfloat, 1>() : input<cfloat, 1>(chirp, "chirp");
+    if (!chirp.is_none()) require_not_empty(pulse.view, "chirp");
+    const auto image =
+        output<cfloat, 2>(out, {samples.view.extent(0), static_cast<std::ptrdiff_t>(geometry.slant_range.size())}, &samples.owner);
+    focus::RangeDopplerOptions options;
+    options.chirp = pulse.view;
+    options.replica_origin = replica_origin;
+    options.window = window_of(window);
+    options.execution = execution(threads, progress);
+    {
+        const py::gil_scoped_release release;
+        focus::form_stripmap(samples.view, geometry, {range_start, range_sampling}, image.view, options);
+    }
+    return image.owner;
+}
+
+double estimate_doppler_centroid(const py::object& data, double prf, int threads, const py::object& progress) {
+    const auto samples = input<cfloat, 2>(data, "data");
+    focus::DopplerCentroidOptions options;
+    options.execution = execution(threads, progress);
+    const py::gil_scoped_release release;
+    return focus::estimate_doppler_centroid(samples.view, prf, options);
+}
+
+void bind_stripmap(py::module_& m) {
+    m.def("form_stripmap", &form_stripmap, py::arg("echo"), py::arg("geometry"), py::arg("chirp") = py::none(), py::kw_only(),
+          py::arg("range_start"), py::arg("range_sampling"), py::arg("replica_origin") = 0.0, py::arg("window") = py::none(),
+          py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+          R"(Form a stripmap image by the range-Doppler algorithm; phases are preserved.
+
+Range compression where a chirp is given, secondary range compression, correction of range migration, azimuth compression. Pixel (i, j) is
+the target whose closest range is slant_range[j] and whose Doppler frequency is the centroid at pulse i: the image of azimuth_compress, and
+azimuth_decompress takes it back to slow time for autofocus. A point of reflectivity a has the phase of
+a * exp(-4j pi R / wavelength - 1j pi / 4) at its peak. The image is limited to the Doppler bandwidth about the centroid; along azimuth the
+transform is circular: append an aperture's length of empty pulses where targets beyond the ends must stay out.
+
+Parameters
+----------
+echo : complex64 [n_pulse, n_fast_time]
+    Raw where a chirp is given, else range-compressed with the carrier phase kept; any strides.
+geometry : StripmapGeometry
+    slant_range: those of the image, ascending, within what was recorded; they need not be those of the samples. doppler_centroid: with its
+    multiple of the prf. To take it from the data, make the geometry with estimate_doppler_centroid(echo, prf) + m * prf.
+chirp : complex64 [n_replica], optional
+    The pulse as sent, the replica of range_compress.
+range_start : float
+    m, slant range of fast-time sample 0, as for range_compress.
+range_sampling : float
+    Hz, sampling rate; the samples are c / (2 range_sampling) apart in range.
+replica_origin : float
+    Of the chirp, as for range_compress.
+window : str or tuple, optional
+    Over the chirp, as for range_compress.
+out : complex64 [n_pulse, n_range], optional
+    Where the image goes; any strides, may not overlap `echo`.
+threads : int
+    0: all. The result does not depend on it.
+progress : callable (phase, done, total), optional
+    Return False to stop.
+
+Returns
+-------
+complex64 [n_pulse, n_range]
+
+Raises
+------
+ValueError
+    Also where the algorithm does not bear the geometry: a Doppler band beyond 2 velocity / wavelength, ranges that were not recorded,
+    secondary range compression that varies too much over the swath.
+ShapeError, TypeError, NumericalError, MemoryError
+
+Notes
+-----
+Along the hyperbola an echo is seen at a slightly other time than along the parabola of azimuth_decompress; range_doppler.hpp says by how
+much: (Ts / 2) theta^2 / 2 at the ends of an aperture Ts seen under the half angle theta, more with a squint.)");
+    m.def("estimate_doppler_centroid", &estimate_doppler_centroid, py::arg("data"), py::arg("prf"), py::kw_only(), py::arg("threads") = 0,
+          py::arg("progress") = py::none(), R"(Doppler centroid of echoes by the correlation of successive pulses.
+
+prf / (2 pi) times the argument of the sum of data[i + 1] * conj(data[i]); strong echoes weigh with their energy. The multiple of the prf to
+add is not in it.
+
+Parameters
+----------
+data : complex64 [n_pulse, n_range]
+    Raw or range-compressed; any strides.
+prf : float
+    Hz.
+threads : int
+    0: all. The result does not depend on it.
+progress : callable (phase, done, total), optional
+    Return False to stop.
+
+Returns
+-------
+float
+    Hz, in (-prf / 2, prf / 2].
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError)");
+}
+
 }  // namespace
 
 void bind_focus(py::module_ m) {
+    bind_stripmap(m);
     m.def("backproject", &backproject, py::arg("data"), py::arg("positions"), py::arg("grid"), py::kw_only(), py::arg("range_start"),
           py::arg("range_spacing"), py::arg("wavelength"), py::arg("method") = "exact", py::arg("out") = py::none(), py::arg("threads") = 0,
           py::arg("progress") = py::none(), R"(Form an image by backprojection: any grid, any path, mono- or bistatic.

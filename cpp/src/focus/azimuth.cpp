@@ -9,23 +9,17 @@
 
 #include <omp.h>
 
-#include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
-#include <sarfocus/core/multiversion.hpp>
 #include <sarfocus/fft/plan.hpp>
-#include <sarfocus/signal/phasor.hpp>
 
+#include "focus/apply_phase.hpp"
+#include "focus/gate_block.hpp"
 #include "focus/line_workspace.hpp"
 
 namespace sarfocus::focus {
 namespace {
 
 using geometry::StripmapGeometry;
-
-// A block of gates stays in the second-level cache from load to store; eight complex64 gates are one cache line of a row-major image.
-constexpr std::ptrdiff_t block_bytes = 1 << 20;
-constexpr std::ptrdiff_t samples_of_a_line = 8;
-constexpr std::ptrdiff_t piece = 256;
 
 // (f - fdc)^2 of every bin, Hz^2.
 std::vector<double> squared_frequencies(const StripmapGeometry& geometry, std::ptrdiff_t n) {
@@ -37,62 +31,6 @@ std::vector<double> squared_frequencies(const StripmapGeometry& geometry, std::p
         out[static_cast<std::size_t>(k)] = offset * offset;
     }
     return out;
-}
-
-// spectrum[k] *= scale * exp(2j pi rate f2[k]).
-SARFOCUS_MULTIVERSION void apply_phase(cfloat* spectrum, const double* f2, std::ptrdiff_t n, double rate, float scale) {
-    float real[piece];
-    float imag[piece];
-    for (std::ptrdiff_t begin = 0; begin < n; begin += piece) {
-        const std::ptrdiff_t count = std::min(piece, n - begin);
-        for (std::ptrdiff_t k = 0; k < count; ++k) signal::unit_phasor(rate * f2[begin + k], real[k], imag[k]);
-        auto* x = reinterpret_cast<float*>(spectrum + begin);
-        for (std::ptrdiff_t k = 0; k < count; ++k) {
-            const float a = scale * x[2 * k];
-            const float b = scale * x[2 * k + 1];
-            x[2 * k] = a * real[k] - b * imag[k];
-            x[2 * k + 1] = a * imag[k] + b * real[k];
-        }
-    }
-}
-
-class GateBlock {
-public:
-    GateBlock(std::ptrdiff_t gates, std::ptrdiff_t n) : n_(n), pitch_((n + 7) / 8 * 8 + 8), memory_({gates * pitch_}) {}
-
-    [[nodiscard]] cfloat* gate(std::ptrdiff_t g) { return memory_.data() + g * pitch_; }
-
-    void load(const ImageView& from) {
-        walk(from, [this](const cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { gate(g)[i] = value; });
-    }
-    void store(const MutableImageView& to) {
-        walk(to, [this](cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { value = gate(g)[i]; });
-    }
-
-private:
-    // In the order in which the image lies in memory, a cache line of every gate at a time; the pitch keeps the gates out of each other's
-    // cache sets.
-    template <class View, class Move>
-    void walk(const View& image, const Move& move) {
-        const std::ptrdiff_t gates = image.extent(1);
-        if (std::abs(image.stride(0)) <= std::abs(image.stride(1))) {
-            for (std::ptrdiff_t g = 0; g < gates; ++g)
-                for (std::ptrdiff_t i = 0; i < n_; ++i) move(image(i, g), i, g);
-        } else {
-            for (std::ptrdiff_t begin = 0; begin < n_; begin += samples_of_a_line)
-                for (std::ptrdiff_t g = 0; g < gates; ++g)
-                    for (std::ptrdiff_t i = begin; i < std::min(begin + samples_of_a_line, n_); ++i) move(image(i, g), i, g);
-        }
-    }
-
-    std::ptrdiff_t n_;
-    std::ptrdiff_t pitch_;
-    Array<cfloat, 1> memory_;
-};
-
-std::ptrdiff_t gates_of_a_block(std::ptrdiff_t n) {
-    const std::ptrdiff_t fitting = block_bytes / (static_cast<std::ptrdiff_t>(sizeof(cfloat)) * n);
-    return std::clamp(fitting / samples_of_a_line * samples_of_a_line, samples_of_a_line, 8 * samples_of_a_line);
 }
 
 // The transform of either sense; sign: that of the phase.

@@ -44,6 +44,26 @@ def project(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> NDArray[np.complex64]: ...
+def form_stripmap(
+    echo: NDArray[np.complex64],
+    geometry: StripmapGeometry,
+    chirp: NDArray[np.complex64] | None = None,
+    *,
+    range_start: float,
+    range_sampling: float,
+    replica_origin: float = 0.0,
+    window: str | tuple[str | float, ...] | None = None,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def estimate_doppler_centroid(
+    data: NDArray[np.complex64],
+    prf: float,
+    *,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> float: ...
 def azimuth_compress(
     raw: NDArray[np.complex64],
     geometry: StripmapGeometry,

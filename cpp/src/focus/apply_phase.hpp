@@ -1,0 +1,12 @@
+#pragma once
+
+#include <cstddef>
+
+#include <sarfocus/core/array_view.hpp>
+
+namespace sarfocus::focus {
+
+/// samples[k] *= scale * exp(2j pi rate shape[k]), k < n. Error of the phase: 1.5e-7 rad plus that of the double-precision product.
+void apply_phase(cfloat* samples, const double* shape, std::ptrdiff_t n, double rate, float scale);
+
+}  // namespace sarfocus::focus
