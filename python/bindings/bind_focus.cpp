@@ -149,7 +149,8 @@ ShapeError, TypeError, NumericalError, MemoryError
 Notes
 -----
 Along the hyperbola an echo is seen at a slightly other time than along the parabola of azimuth_decompress; range_doppler.hpp says by how
-much: (Ts / 2) theta^2 / 2 at the ends of an aperture Ts seen under the half angle theta, more with a squint.)");
+much: (Ts / 2) theta^2 / 2 at the ends of an aperture Ts seen under the half angle theta, more with a squint. Where that matters, multiply
+the echo by exp(-1j phase_error) and form the image again.)");
     m.def("estimate_doppler_centroid", &estimate_doppler_centroid, py::arg("data"), py::arg("prf"), py::kw_only(), py::arg("threads") = 0,
           py::arg("progress") = py::none(), R"(Doppler centroid of echoes by the correlation of successive pulses.
 

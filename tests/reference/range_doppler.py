@@ -21,7 +21,7 @@ def image(
     range_sampling: float,
     padding: int,
 ) -> NDArray[np.complex128]:
-    """Matched filter of the spectrum exp(-4j pi R / c sqrt((f0 + fr)^2 - (c f / 2v)^2)) of a point [Cumming, Wong 2005, eq. 5.24] at
+    """Matched filter of the spectrum exp(-4j pi R / c sqrt((f0 + fr)^2 - (c f / 2v)^2)) of a point [Cumming2005, chapter 5] at
     every range gate, no expansion in fr; then the shift from zero Doppler to the beam centre, the time at which f = fdc.
     """
     n_pulse, n_fast_time = echo.shape
