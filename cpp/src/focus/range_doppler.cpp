@@ -1,8 +1,8 @@
 #include <sarfocus/focus/range_doppler.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
