@@ -12,7 +12,6 @@
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
-#include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/fft/plan.hpp>
 #include <sarfocus/focus/range_compress.hpp>
