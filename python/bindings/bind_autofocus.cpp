@@ -12,6 +12,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "python_result.hpp"
 #include "radar_arguments.hpp"
 
 namespace py = pybind11;
@@ -36,41 +37,6 @@ autofocus::PhaseEstimate estimate_phase(const py::object& lines, const std::stri
     options.execution = execution(threads, progress);
     const py::gil_scoped_release release;
     return autofocus::estimate_phase(samples.view, options);
-}
-
-/// result.image beside what the library returns.
-struct PythonResult {
-    py::object image;
-    autofocus::Result result;
-};
-
-py::dict diagnostics(const autofocus::Result& result) {
-    py::list rounds;
-    for (const autofocus::Round& r : result.rounds) {
-        py::dict row;
-        row["stage"] = r.stage;
-        row["window"] = r.window;
-        row["points"] = r.points;
-        row["iterations"] = r.iterations;
-        row["update_rms"] = r.update_rms;
-        rounds.append(row);
-    }
-    py::dict score;
-    score["entropy_before"] = result.score.entropy_before;
-    score["entropy_after"] = result.score.entropy_after;
-    score["held_out_gain"] = result.score.held_out_gain;
-    score["held_out_noise"] = result.score.held_out_noise;
-    score["point_gain_db"] = result.score.point_gain_db;
-    score["improved"] = result.score.improved;
-    score["reason"] = result.score.reason;
-    py::dict timings;
-    for (const autofocus::Timing& t : result.timings) timings[py::str(t.phase)] = t.seconds;
-    py::dict out;
-    out["rounds"] = rounds;
-    out["score"] = score;
-    out["timings"] = timings;
-    out["threads"] = result.threads;
-    return out;
 }
 
 py::array_t<autofocus::StrongPoint> points(const autofocus::Result& result) {

@@ -13,5 +13,6 @@ void bind_sim(pybind11::module_ m);
 void bind_focus(pybind11::module_ m);
 void bind_compress(pybind11::module_ m);
 void bind_autofocus(pybind11::module_ m);
+void bind_strip(pybind11::module_ m);
 
 }  // namespace sarfocus::python

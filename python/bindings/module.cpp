@@ -15,4 +15,5 @@ PYBIND11_MODULE(_core, m) {
     bind_focus(focus);
     bind_compress(focus);
     bind_autofocus(m.def_submodule("autofocus", "Phase error estimation and correction."));
+    bind_strip(m.def_submodule("strip", "Stripmap autofocus, and its steps one by one."));
 }

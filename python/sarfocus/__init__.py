@@ -1,6 +1,6 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import detect, io, quality, signal, simulate
+from . import detect, io, quality, signal, simulate, strip
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.autofocus import (
     PhaseEstimate,
@@ -26,6 +26,7 @@ from ._core.focus import (
     range_compress,
 )
 from ._core.geometry import ImageGrid, StripmapGeometry, interpolate_track, path_weights
+from ._core.strip import spga, spga_linear
 
 __all__ = [
     "Cancelled",
@@ -61,4 +62,7 @@ __all__ = [
     "range_compress",
     "signal",
     "simulate",
+    "spga",
+    "spga_linear",
+    "strip",
 ]

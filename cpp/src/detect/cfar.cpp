@@ -79,6 +79,7 @@ double factor_of(const Frame& frame, const CfarOptions& options) {
     const bool greatest = options.method == CfarMethod::greatest_of;
     const std::ptrdiff_t cells = greatest ? before + behind : frame.size();
     if (cells == 0) return std::numeric_limits<double>::infinity();
+    if (options.looks > 1.0) return multi_look_factor(options.looks, greatest && before > 0 && behind > 0 ? std::min(before, behind) : cells, p);
     if (greatest && before > 0 && behind > 0) return greatest_of_factor(before, behind, p);
     if (options.method == CfarMethod::ordered_statistic) return ordered_statistic_factor(cells, rank_of(options.rank, cells), p);
     return cell_averaging_factor(cells, p);
@@ -210,6 +211,7 @@ void validate(const CfarOptions& options) {
     if (options.reference[0] == 0 && options.reference[1] == 0) throw ValueError("reference", "at least one reference cell", "none");
     if (options.method == CfarMethod::greatest_of && options.reference[0] == 0)
         throw ValueError("reference", "cells along azimuth, whose two sides greatest_of compares", shape_text(options.reference));
+    if (!(options.looks >= 1.0)) throw ValueError("looks", "at least 1", number_text(options.looks));
     if (!(options.rank > 0.0 && options.rank <= 1.0)) throw ValueError("rank", "a number above 0, at most 1", number_text(options.rank));
 }
 

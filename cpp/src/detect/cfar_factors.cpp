@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <string>
 
 #include <sarfocus/core/error.hpp>
@@ -82,6 +84,31 @@ double ordered_statistic_factor(std::ptrdiff_t cells, std::ptrdiff_t k, double f
     // Every factor of the product is at most N / (N + mu).
     const double high = static_cast<double>(cells) * std::expm1(-std::log(false_alarm_probability) / static_cast<double>(k));
     return solve(rate, false_alarm_probability, high);
+}
+
+double multi_look_factor(double looks, std::ptrdiff_t cells, double false_alarm_probability) {
+    require_cells(cells, "cells");
+    require_probability(false_alarm_probability);
+    if (!(looks >= 1.0)) throw ValueError("looks", "at least 1", number_text(looks));
+    // z of the normal distribution exceeded with that probability.
+    const auto tail = [](double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); };
+    double low = -40.0;
+    double high = 40.0;
+    for (int i = 0; i < 100; ++i) {
+        const double middle = 0.5 * (low + high);
+        (tail(middle) > false_alarm_probability ? low : high) = middle;
+    }
+    const double z = 0.5 * (low + high);
+    // ((1 - b) x - (1 - a)) / sqrt(b x^2 + a) = z for x, the cube root of the factor.
+    const double a = 1.0 / (9.0 * looks);
+    const double b = a / static_cast<double>(cells);
+    const double quadratic = (1.0 - b) * (1.0 - b) - z * z * b;
+    const double constant = (1.0 - a) * (1.0 - a) - z * z * a;
+    const double half = (1.0 - a) * (1.0 - b);
+    const double root = half * half - quadratic * constant;
+    if (!(quadratic > 0.0) || root < 0.0) return std::numeric_limits<double>::infinity();
+    const double x = (half + std::copysign(std::sqrt(root), z)) / quadratic;
+    return x * x * x;
 }
 
 }  // namespace sarfocus::detect

@@ -10,7 +10,9 @@
 #include <omp.h>
 
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
 #include <sarfocus/fft/plan.hpp>
+#include <sarfocus/signal/phasor.hpp>
 
 #include "focus/apply_phase.hpp"
 #include "focus/gate_block.hpp"
@@ -33,44 +35,103 @@ std::vector<double> squared_frequencies(const StripmapGeometry& geometry, std::p
     return out;
 }
 
-// The transform of either sense; sign: that of the phase.
-void transform(const ImageView& from, const char* from_name, const StripmapGeometry& geometry, const MutableImageView& to,
-               const char* to_name, double sign, const char* phase, const Execution& execution) {
+void require_strip(const ImageView& from, const char* from_name, const StripmapGeometry& geometry, const MutableImageView& to,
+                   const char* to_name) {
     geometry.validate();
     require_not_empty(from, from_name);
     require_same_shape(to, to_name, from, from_name);
-    const std::ptrdiff_t n = from.extent(0);
-    const std::ptrdiff_t n_range = from.extent(1);
-    if (static_cast<std::ptrdiff_t>(geometry.slant_range.size()) != n_range)
+    if (static_cast<std::ptrdiff_t>(geometry.slant_range.size()) != from.extent(1))
         throw ShapeError(from_name,
                          "(n_azimuth, " + std::to_string(geometry.slant_range.size()) + "), a column for every slant_range of the geometry",
                          shape_text(from.extents()));
+}
 
-    const fft::Plan<float> forward(n, fft::Direction::forward);
-    const fft::Plan<float> inverse(n, fft::Direction::inverse);
-    const std::vector<double> f2 = squared_frequencies(geometry, n);
-    const float scale = 1.0f / static_cast<float>(n);
+// Block by block: load, work(line, gate) in place, store. work returns false where the line holds NaN or infinity.
+template <class Work>
+void walk_gates(const ImageView& from, const char* from_name, const MutableImageView& to, const char* phase, const Execution& execution,
+                const Work& work) {
+    const std::ptrdiff_t n = from.extent(0);
+    const std::ptrdiff_t n_range = from.extent(1);
     const std::ptrdiff_t gates = std::min(gates_of_a_block(n), n_range);
     std::vector<std::unique_ptr<GateBlock>> workspaces(static_cast<std::size_t>(resolve_threads(execution.threads)));
     std::atomic<bool> finite{true};
-
     parallel_for(execution, phase, (n_range + gates - 1) / gates, [&](std::int64_t b) {
         auto& workspace = workspaces[static_cast<std::size_t>(omp_get_thread_num())];
         if (!workspace) workspace = std::make_unique<GateBlock>(gates, n);
         const std::ptrdiff_t first = b * gates;
         const std::ptrdiff_t count = std::min(gates, n_range - first);
         workspace->load(from.slice(1, first, count));
-        for (std::ptrdiff_t g = 0; g < count; ++g) {
-            cfloat* line = workspace->gate(g);
-            forward.execute(line);
-            // Bin 0 is the sum of the line: one NaN or infinity anywhere is seen there.
-            if (!is_finite(line[0])) finite = false;
-            apply_phase(line, f2.data(), n, sign * 0.5 / geometry.fm_rate(static_cast<std::size_t>(first + g)), scale);
-            inverse.execute(line);
-        }
+        for (std::ptrdiff_t g = 0; g < count; ++g)
+            if (!work(workspace->gate(g), first + g)) finite = false;
         if (finite) workspace->store(to.slice(1, first, count));
     });
     if (!finite) throw_not_finite(from, from_name, execution.threads);
+}
+
+// The transform of either sense; sign: that of the phase.
+void transform(const ImageView& from, const char* from_name, const StripmapGeometry& geometry, const MutableImageView& to,
+               const char* to_name, double sign, const char* phase, const Execution& execution) {
+    require_strip(from, from_name, geometry, to, to_name);
+    const std::ptrdiff_t n = from.extent(0);
+    const fft::Plan<float> forward(n, fft::Direction::forward);
+    const fft::Plan<float> inverse(n, fft::Direction::inverse);
+    const std::vector<double> f2 = squared_frequencies(geometry, n);
+    const float scale = 1.0f / static_cast<float>(n);
+    walk_gates(from, from_name, to, phase, execution, [&](cfloat* line, std::ptrdiff_t gate) {
+        forward.execute(line);
+        // Bin 0 is the sum of the line: one NaN or infinity anywhere is seen there.
+        if (!is_finite(line[0])) return false;
+        apply_phase(line, f2.data(), n, sign * 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate)), scale);
+        inverse.execute(line);
+        return true;
+    });
+}
+
+// exp(-j phase) of a range gate, interpolated between blocks.
+class PhaseOfGate {
+public:
+    PhaseOfGate(const ArrayView<const double, 2>& phase, const std::vector<double>& centres) : phase_(phase), centres_(centres) {
+        if (phase.extent(0) == 1) write(0, 0, 0.0, common_);
+    }
+
+    // [n_azimuth]; `own` is written where the gate needs a phase of its own.
+    [[nodiscard]] const cfloat* of(std::ptrdiff_t gate, std::vector<cfloat>& own) const {
+        if (!common_.empty()) return common_.data();
+        const auto position = static_cast<double>(gate);
+        const auto above = std::upper_bound(centres_.begin(), centres_.end(), position) - centres_.begin();
+        const std::ptrdiff_t low = std::max<std::ptrdiff_t>(above - 1, 0);
+        const std::ptrdiff_t high = std::min<std::ptrdiff_t>(above, phase_.extent(0) - 1);
+        const double gap = centres_[static_cast<std::size_t>(high)] - centres_[static_cast<std::size_t>(low)];
+        write(low, high, gap > 0.0 ? (position - centres_[static_cast<std::size_t>(low)]) / gap : 0.0, own);
+        return own.data();
+    }
+
+private:
+    void write(std::ptrdiff_t low, std::ptrdiff_t high, double share, std::vector<cfloat>& out) const {
+        out.resize(static_cast<std::size_t>(phase_.extent(1)));
+        for (std::ptrdiff_t k = 0; k < phase_.extent(1); ++k) {
+            const double phase = (1.0 - share) * phase_(low, k) + share * phase_(high, k);
+            float real = 0.0f;
+            float imag = 0.0f;
+            signal::unit_phasor(-phase / two_pi, real, imag);
+            out[static_cast<std::size_t>(k)] = {real, imag};
+        }
+    }
+
+    const ArrayView<const double, 2>& phase_;
+    const std::vector<double>& centres_;
+    std::vector<cfloat> common_;
+};
+
+void require_phase(const ArrayView<const double, 2>& phase, const std::vector<double>& centres, std::ptrdiff_t n_azimuth) {
+    if (phase.extent(0) < 1 || phase.extent(1) != n_azimuth)
+        throw ShapeError("phase", "(n_block, " + std::to_string(n_azimuth) + "), a value for every azimuth line", shape_text(phase.extents()));
+    require_finite(phase, "phase");
+    if (static_cast<std::ptrdiff_t>(centres.size()) != phase.extent(0))
+        throw ShapeError("centres", std::to_string(phase.extent(0)) + " range gates, one for each row of phase", std::to_string(centres.size()));
+    for (std::size_t b = 0; b < centres.size(); ++b)
+        if (!std::isfinite(centres[b]) || (b > 0 && !(centres[b] > centres[b - 1])))
+            throw ValueError("centres", "finite, ascending range gates", number_text(centres[b]));
 }
 
 }  // namespace
@@ -83,6 +144,32 @@ void azimuth_compress(const ImageView& raw, const StripmapGeometry& geometry, co
 void azimuth_decompress(const ImageView& image, const StripmapGeometry& geometry, const MutableImageView& raw,
                         const AzimuthOptions& options) {
     transform(image, "image", geometry, raw, "raw", 1.0, "azimuth_decompress", options.execution);
+}
+
+void azimuth_correct(const ImageView& image, const StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
+                     const std::vector<double>& centres, const MutableImageView& corrected, const AzimuthOptions& options) {
+    require_strip(image, "image", geometry, corrected, "corrected");
+    const std::ptrdiff_t n = image.extent(0);
+    require_phase(phase, centres, n);
+    const fft::Plan<float> forward(n, fft::Direction::forward);
+    const fft::Plan<float> inverse(n, fft::Direction::inverse);
+    const std::vector<double> f2 = squared_frequencies(geometry, n);
+    const float scale = 1.0f / static_cast<float>(n);
+    const PhaseOfGate factors(phase, centres);
+    walk_gates(image, "image", corrected, "correct", options.execution, [&](cfloat* line, std::ptrdiff_t gate) {
+        const double rate = 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate));
+        forward.execute(line);
+        if (!is_finite(line[0])) return false;
+        apply_phase(line, f2.data(), n, rate, scale);
+        inverse.execute(line);
+        std::vector<cfloat> own;
+        const cfloat* factor = factors.of(gate, own);
+        for (std::ptrdiff_t k = 0; k < n; ++k) line[k] = product(line[k], factor[k]);
+        forward.execute(line);
+        apply_phase(line, f2.data(), n, -rate, scale);
+        inverse.execute(line);
+        return true;
+    });
 }
 
 }  // namespace sarfocus::focus

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,31 @@ struct Score {
     std::string reason;  ///< one sentence
 };
 
+/// Two apertures of a strip that overlap, and by how much their linear phases differ.
+struct Seam {
+    std::int64_t first = 0;    ///< index of a point
+    std::int64_t second = 0;   ///< index of a point behind it in azimuth
+    std::int64_t overlap = 0;  ///< samples
+    double slope = 0.0;        ///< rad a sample, b_first - b_second [Xie2023, eq. 14]
+    double slope_std = 0.0;    ///< rad a sample
+    double coherence = 0.0;    ///< of their product over the overlap, after that slope; 1: a pure tone
+    double residual = 0.0;     ///< rad a sample, what the stitching leaves of `slope`; 0 before
+    double weight = 0.0;       ///< share in the stitching, 0 where it was not used
+};
+
+/// What only stripmap methods find.
+struct StripDetails {
+    std::vector<Seam> seams;             ///< between the points, by index
+    std::vector<int> segment;            ///< of every point: those joined by overlaps
+    std::vector<double> coverage;        ///< apertures that reach each azimuth sample
+    std::vector<double> point_quality;   ///< Q_k of every point [Xie2023, eq. 5]
+    std::vector<double> held_out_gain;   ///< nat, of every point's peak with the phase that the others gave; nan where they don't reach it
+    int segments = 0;
+    double knot = 1.0;                   ///< samples between the values that the refinement estimated
+    std::vector<double> block_phase;     ///< rad, [n_block, n_azimuth] row by row, where range blocks were asked for
+    std::vector<double> block_centre;    ///< range gate in the middle of each block
+};
+
 struct Timing {
     std::string phase;
     double seconds = 0.0;
@@ -60,6 +86,7 @@ struct Result {
     std::vector<StrongPoint> points;
     std::vector<Round> rounds;
     Score score;
+    StripDetails strip;  ///< empty for spotlight methods
     std::vector<Timing> timings;
     int threads = 0;
 

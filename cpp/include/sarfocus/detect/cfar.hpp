@@ -29,6 +29,9 @@ struct CfarOptions {
     /// Cells next to the one under test that are left out, each side: about the main lobe and the first side lobes.
     std::array<std::ptrdiff_t, 2> guard{3, 3};
     double rank = 0.75;  ///< ordered_statistic: the ceil(rank N)-th smallest of N
+    /// Independent looks averaged in every cell, the reference cells too. Above 1 the factor is that of `multi_look_factor` for the cells
+    /// that the method compares with.
+    double looks = 1.0;
     Execution execution;
 };
 
@@ -63,5 +66,10 @@ SARFOCUS_API void cfar_2d(const IntensityView& intensity, const ArrayView<bool, 
 [[nodiscard]] SARFOCUS_API double greatest_of_factor(std::ptrdiff_t before, std::ptrdiff_t behind, double false_alarm_probability);
 /// mu for the k-th smallest of N: the root of Pfa = prod over i < k of (N - i) / (N - i + mu) [Rohling1983].
 [[nodiscard]] SARFOCUS_API double ordered_statistic_factor(std::ptrdiff_t cells, std::ptrdiff_t k, double false_alarm_probability);
+
+/// mu for cells that are means of `looks` independent exponential intensities, over the mean of `cells` such cells: the quantile of the F
+/// distribution with 2 looks and 2 looks cells degrees of freedom, by the cube-root normal approximation [Paulson1942]; within 5 % of the
+/// exact factor at one look and false-alarm probabilities down to 1e-6, closer with more. Infinite where no factor is large enough.
+[[nodiscard]] SARFOCUS_API double multi_look_factor(double looks, std::ptrdiff_t cells, double false_alarm_probability);
 
 }  // namespace sarfocus::detect

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include <sarfocus/core/array_view.hpp>
 #include <sarfocus/core/execution.hpp>
 #include <sarfocus/core/export.hpp>
@@ -29,5 +31,14 @@ SARFOCUS_API void azimuth_compress(const ImageView& raw, const geometry::Stripma
 /// The inverse: the spectrum times exp(+j pi (f - fdc)^2 / K). As azimuth_compress in everything else.
 SARFOCUS_API void azimuth_decompress(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& raw,
                                      const AzimuthOptions& options = {});
+
+/// Takes a phase error over slow time off a compressed strip: azimuth_decompress, times exp(-j phase), azimuth_compress, in one pass through
+/// memory. The phase of range gate g is interpolated linearly between the rows of `phase`, which belong to the gates `centres`; before the
+/// first and behind the last it stays the same.
+///
+/// phase: [n_block, n_azimuth], rad; centres: [n_block], ascending range gates, fractions allowed. image, corrected: as for
+/// azimuth_compress. Throws as that does.
+SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
+                                  const std::vector<double>& centres, const MutableImageView& corrected, const AzimuthOptions& options = {});
 
 }  // namespace sarfocus::focus

@@ -1,0 +1,214 @@
+#include <sarfocus/autofocus/spga.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/error.hpp>
+
+#include "stopwatch.hpp"
+#include "strip_lines.hpp"
+#include "strip_result.hpp"
+#include "strip_score.hpp"
+#include "strip_window.hpp"
+
+namespace sarfocus::autofocus {
+namespace {
+
+using detail::at;
+using geometry::StripmapGeometry;
+
+// What one block of range gates gives.
+struct Block {
+    Apertures apertures;
+    Stitching stitching;
+    StripPhase phase;
+    std::vector<double> shift;
+    detail::StripEvidence evidence;
+    double centre = 0.0;  // range gate
+    [[nodiscard]] bool empty() const { return apertures.size() == 0; }
+};
+
+std::vector<Seam> match(const Apertures& apertures, const SpgaLinearOptions& options) {
+    if (options.matching == Matching::search) {
+        SearchMatchOptions search = options.search;
+        search.execution = options.execution;
+        return match_search(apertures, search);
+    }
+    SlopeMatchOptions slope = options.slope;
+    slope.execution = options.execution;
+    return match_slope(apertures, slope);
+}
+
+StripPhase estimate(const Apertures& apertures, const Stitching& stitching, const SpgaLinearOptions& options) {
+    if (!options.refine) return integrate_gradient(apertures, stitching, options.execution);
+    StripRefineOptions refinement = options.refinement;
+    refinement.execution = options.execution;
+    return refine_strip_phase(apertures, stitching, refinement);
+}
+
+StripmapGeometry part_of(const StripmapGeometry& geometry, std::ptrdiff_t first, std::ptrdiff_t count) {
+    StripmapGeometry out = geometry;
+    out.slant_range.assign(geometry.slant_range.begin() + first, geometry.slant_range.begin() + first + count);
+    return out;
+}
+
+Block run_block(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options, detail::Stopwatch& clock) {
+    Block out;
+    StripSelectOptions select = options.select;
+    select.execution = options.execution;
+    if (select.window == 0) select.window = options.extract.window;
+    const std::vector<StripPoint> points = select_strip_points(image, geometry, select);
+    clock.lap("select");
+    if (points.empty()) return out;
+    StripExtractOptions extract = options.extract;
+    extract.execution = options.execution;
+    out.apertures = extract_apertures(image, geometry, points, extract);
+    clock.lap("extract");
+    const std::vector<Seam> seams = match(out.apertures, options);
+    clock.lap("match");
+    out.stitching = stitch(out.apertures, seams);
+    clock.lap("stitch");
+    out.phase = estimate(out.apertures, out.stitching, options);
+    out.shift = detail::apply_gauge(out.apertures, options, out.phase);
+    clock.lap("estimate");
+    if (options.do_no_harm) out.evidence = detail::weigh_points(out.apertures, seams, out.phase, options.execution);
+    if (!options.do_no_harm) out.evidence.held_out_gain.assign(at(out.apertures.size()), std::numeric_limits<double>::quiet_NaN());
+    clock.lap("score");
+    return out;
+}
+
+// The range gates of each block, as even as they go.
+std::vector<std::ptrdiff_t> block_edges(std::ptrdiff_t n_range, int blocks) {
+    std::vector<std::ptrdiff_t> out;
+    for (int b = 0; b <= blocks; ++b) out.push_back(b * n_range / blocks);
+    return out;
+}
+
+std::vector<Block> run_blocks(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options,
+                              detail::Stopwatch& clock) {
+    std::vector<Block> out;
+    const std::vector<std::ptrdiff_t> edges = block_edges(image.extent(1), options.range_blocks);
+    for (std::size_t b = 0; b + 1 < edges.size(); ++b) {
+        const std::ptrdiff_t count = edges[b + 1] - edges[b];
+        Block block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, clock);
+        for (StripPoint& p : block.apertures.points) p.range += edges[b];
+        block.centre = static_cast<double>(edges[b]) + 0.5 * static_cast<double>(count - 1);
+        out.push_back(std::move(block));
+    }
+    return out;
+}
+
+// Of a block without points: the phase of the nearest one that has some.
+const Block& stand_in(const std::vector<Block>& blocks, std::size_t b) {
+    for (std::size_t distance = 0; distance < blocks.size(); ++distance) {
+        if (b >= distance && !blocks[b - distance].empty()) return blocks[b - distance];
+        if (b + distance < blocks.size() && !blocks[b + distance].empty()) return blocks[b + distance];
+    }
+    return blocks[b];
+}
+
+// The phase of every block, [n_block, n_azimuth], and their mean and its deviation.
+Array<double, 2> block_phases(const std::vector<Block>& blocks, std::ptrdiff_t n, Result& result) {
+    Array<double, 2> out({static_cast<std::ptrdiff_t>(blocks.size()), n});
+    result.estimate.assign(at(n), 0.0);
+    result.phase_std.assign(at(n), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const std::vector<double>& phase = stand_in(blocks, b).phase.phase;
+        std::copy(phase.begin(), phase.end(), out.data() + static_cast<std::ptrdiff_t>(b) * n);
+    }
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+        double variance = 0.0;
+        double reached = 0.0;
+        for (std::size_t b = 0; b < blocks.size(); ++b) {
+            result.estimate[at(k)] += out(static_cast<std::ptrdiff_t>(b), k) / static_cast<double>(blocks.size());
+            const double sigma = blocks[b].empty() ? std::numeric_limits<double>::quiet_NaN() : blocks[b].phase.phase_std[at(k)];
+            if (!std::isfinite(sigma)) continue;
+            variance += sigma * sigma;
+            reached += 1.0;
+        }
+        if (reached > 0.0) result.phase_std[at(k)] = std::sqrt(variance) / reached;
+    }
+    return out;
+}
+
+void score_points(const std::vector<Block>& blocks, Score& score) {
+    double gain = 0.0;
+    double variance = 0.0;
+    double own = 0.0;
+    double judged = 0.0;
+    score.improved = true;
+    for (const Block& block : blocks) {
+        if (block.empty()) continue;
+        gain += block.evidence.mean_gain;
+        variance += block.evidence.noise * block.evidence.noise;
+        own += block.evidence.own_gain_db;
+        judged += 1.0;
+        if (!block.evidence.agrees || score.reason.empty()) score.reason = block.evidence.reason;
+        if (!block.evidence.agrees) {
+            score.improved = false;
+            break;
+        }
+    }
+    score.held_out_gain = gain / judged;
+    score.held_out_noise = std::sqrt(variance) / judged;
+    score.point_gain_db = own / judged;
+}
+
+}  // namespace
+
+void SpgaLinearOptions::validate() const {
+    select.validate();
+    extract.validate();
+    slope.validate();
+    search.validate();
+    refinement.validate();
+    if (range_blocks < 1) throw ValueError("range_blocks", "at least 1", std::to_string(range_blocks));
+    if (gauge == Gauge::tie_points && tie_points.empty()) throw ValueError("tie_points", "at least one for gauge tie_points", "none");
+    for (const TiePoint& tie : tie_points) require_finite_value(tie.azimuth, "tie_points");
+    (void)resolve_threads(execution.threads);
+}
+
+Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const SpgaLinearOptions& options) {
+    options.validate();
+    detail::require_strip_input(image, geometry, corrected, options.execution);
+    if (options.range_blocks > image.extent(1))
+        throw ValueError("range_blocks", "at most the " + std::to_string(image.extent(1)) + " range gates", std::to_string(options.range_blocks));
+    Result result;
+    result.threads = resolve_threads(options.execution.threads);
+    detail::Stopwatch clock(result.timings);
+    const std::ptrdiff_t n = image.extent(0);
+    const std::vector<Block> blocks = run_blocks(image, geometry, options, clock);
+    result.phase_error.assign(at(n), 0.0);
+    result.strip.coverage.assign(at(n), 0.0);
+    if (std::all_of(blocks.begin(), blocks.end(), [](const Block& b) { return b.empty(); })) {
+        result.estimate.assign(at(n), 0.0);
+        result.phase_std.assign(at(n), std::numeric_limits<double>::quiet_NaN());
+        result.score.reason = "no pixel stands out of the clutter";
+        detail::copy_image(image, corrected, options.execution);
+        return result;
+    }
+    const Array<double, 2> phase = block_phases(blocks, n, result);
+    std::vector<double> centres;
+    for (const Block& block : blocks) {
+        centres.push_back(block.centre);
+        if (!block.empty()) detail::append_details(block.apertures, block.stitching, block.phase, block.shift, block.evidence, result);
+    }
+    if (blocks.size() > 1) {
+        result.strip.block_phase.assign(phase.begin(), phase.end());
+        result.strip.block_centre = centres;
+    }
+    if (options.do_no_harm) score_points(blocks, result.score);
+    if (options.do_no_harm && !result.score.improved) {
+        result.status = Status::not_improved;
+        detail::copy_image(image, corrected, options.execution);
+        return result;
+    }
+    detail::apply_and_judge(image, geometry, phase.view(), centres, corrected, options.do_no_harm, options.execution, result);
+    clock.lap("correct");
+    return result;
+}
+
+}  // namespace sarfocus::autofocus

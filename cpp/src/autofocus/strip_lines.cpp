@@ -1,0 +1,151 @@
+#include "strip_lines.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/constants.hpp>
+
+namespace sarfocus::autofocus {
+
+double Apertures::shift(std::ptrdiff_t n, double slope) const {
+    return slope / (two_pi * fm_rate[detail::at(n)]);
+}
+
+double Apertures::samples_per_look(std::ptrdiff_t n) const {
+    // A piece of 2 W pixels, tapered over the outer quarter of either half: 1.75 W of them count. They are tones of the dechirped signal
+    // over a band of 1.75 W K / prf^2 cycles a sample.
+    return std::max(1.0 / (1.75 * window * fm_rate[detail::at(n)]), 1.0);
+}
+
+namespace detail {
+namespace {
+
+constexpr std::ptrdiff_t longest_tone = 512;
+
+std::vector<cdouble> averaged(const std::vector<cdouble>& signal, std::ptrdiff_t factor) {
+    std::vector<cdouble> out((signal.size() + at(factor) - 1) / at(factor));
+    for (std::size_t k = 0; k < signal.size(); ++k) out[k / at(factor)] += signal[k];
+    return out;
+}
+
+// Transforms of the few lengths that apertures have, planned once.
+const fft::Plan<double>& forward_plan(std::ptrdiff_t length) {
+    thread_local std::map<std::ptrdiff_t, fft::Plan<double>> plans;
+    constexpr std::size_t most = 64;
+    const auto known = plans.find(length);
+    if (known != plans.end()) return known->second;
+    if (plans.size() >= most) plans.clear();
+    return plans.emplace(length, fft::Plan<double>(length, fft::Direction::forward)).first->second;
+}
+
+// One Newton step up |sum z exp(-j slope x)|^2, at most half a cell of the periodogram.
+double newton_step(const std::vector<cdouble>& z, double slope, double middle) {
+    Ramp ramp(-slope, -middle);
+    cdouble s0{};
+    cdouble s1{};
+    cdouble s2{};
+    for (std::size_t k = 0; k < z.size(); ++k) {
+        const cdouble y = z[k] * ramp.next();
+        const double x = static_cast<double>(k) - middle;
+        s0 += y;
+        s1 += x * y;
+        s2 += x * x * y;
+    }
+    const double gradient = 2.0 * std::imag(s1 * std::conj(s0));
+    const double curvature = 2.0 * (std::norm(s1) - std::real(s2 * std::conj(s0)));
+    const double limit = pi / static_cast<double>(z.size());
+    return curvature < 0.0 ? std::clamp(-gradient / curvature, -limit, limit) : 0.0;
+}
+
+}  // namespace
+
+Tone strongest_tone(const std::vector<cdouble>& signal, double limit) {
+    Tone out;
+    const auto n = static_cast<std::ptrdiff_t>(signal.size());
+    double power = 0.0;
+    for (const cdouble& z : signal) power += std::norm(z);
+    if (n == 0 || !(power > 0.0)) return out;
+    const std::ptrdiff_t factor =
+        std::clamp<std::ptrdiff_t>(std::min(n / longest_tone, static_cast<std::ptrdiff_t>(0.25 * pi / limit)), 1, n);
+    const std::vector<cdouble> z = averaged(signal, factor);
+
+    std::ptrdiff_t length = 64;  // powers of two: few lengths, few plans
+    while (length < 3 * static_cast<std::ptrdiff_t>(z.size())) length *= 2;
+    Array<cdouble, 1> spectrum({length});
+    std::copy(z.begin(), z.end(), spectrum.data());
+    forward_plan(length).execute(spectrum.data());
+    const double step = two_pi / static_cast<double>(length);
+    const auto reach = std::min(static_cast<std::ptrdiff_t>(limit * static_cast<double>(factor) / step), length / 2 - 1);
+    std::ptrdiff_t peak = 0;
+    for (std::ptrdiff_t f = -reach; f <= reach; ++f) {
+        const std::ptrdiff_t bin = f < 0 ? f + length : f;
+        if (std::norm(spectrum(bin)) > std::norm(spectrum(peak < 0 ? peak + length : peak))) peak = f;
+    }
+    const double middle = 0.5 * static_cast<double>(z.size() - 1);
+    double slope = step * static_cast<double>(peak);
+    for (int i = 0; i < 4; ++i) slope += newton_step(z, slope, middle);
+
+    out.slope = slope / static_cast<double>(factor);
+    Ramp ramp(-out.slope, -0.5 * static_cast<double>(n - 1));
+    for (const cdouble& value : signal) out.sum += value * ramp.next();
+    out.coherence = std::norm(out.sum) / (static_cast<double>(n) * power);
+    return out;
+}
+
+std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<double>& phase, double slope) {
+    const std::ptrdiff_t start = apertures.start[at(n)];
+    std::vector<cdouble> out(at(apertures.count[at(n)]));
+    Ramp ramp(-slope, static_cast<double>(start - apertures.points[at(n)].azimuth));
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const auto k = static_cast<std::ptrdiff_t>(i);
+        const double root = std::sqrt(static_cast<double>(apertures.weight(n, k)));
+        const cdouble turn = ramp.next();
+        const cdouble back = phase.empty() ? turn : turn * std::polar(1.0, -phase[at(start + k)]);
+        out[i] = root * cdouble(apertures.lines(n, k)) * back;
+    }
+    return out;
+}
+
+double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels) {
+    return std::min(two_pi * apertures.fm_rate[at(n)] * pixels, pi);
+}
+
+void unwrap(std::vector<double>& phase, std::ptrdiff_t begin, std::ptrdiff_t end) {
+    for (std::ptrdiff_t k = begin + 1; k < end; ++k)
+        phase[at(k)] = phase[at(k - 1)] + std::remainder(phase[at(k)] - phase[at(k - 1)], two_pi);
+}
+
+std::vector<SegmentSpan> segment_spans(const Apertures& apertures, const std::vector<int>& segment, int segments) {
+    std::vector<SegmentSpan> out(static_cast<std::size_t>(segments));
+    std::vector<bool> seen(out.size(), false);
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) {
+        if (segment[at(n)] < 0) continue;
+        const auto s = static_cast<std::size_t>(segment[at(n)]);
+        const std::ptrdiff_t begin = apertures.start[at(n)];
+        const std::ptrdiff_t end = begin + apertures.count[at(n)];
+        out[s].covered_begin = seen[s] ? std::min(out[s].covered_begin, begin) : begin;
+        out[s].covered_end = seen[s] ? std::max(out[s].covered_end, end) : end;
+        seen[s] = true;
+    }
+    // Segments are in order of azimuth; neighbours that overlap by less than a seam needs meet in the middle of what both cover.
+    for (std::size_t s = 0; s < out.size(); ++s) {
+        out[s].begin = s == 0 ? 0 : out[s - 1].end;
+        out[s].end = s + 1 == out.size() ? apertures.n_azimuth : (out[s].covered_end + out[s + 1].covered_begin) / 2;
+        out[s].end = std::clamp(out[s].end, out[s].begin, apertures.n_azimuth);
+        out[s].covered_begin = std::clamp(out[s].covered_begin, out[s].begin, out[s].end);
+        out[s].covered_end = std::clamp(out[s].covered_end, out[s].covered_begin, out[s].end);
+    }
+    return out;
+}
+
+std::vector<double> coverage_of(const Apertures& apertures) {
+    std::vector<double> out(at(apertures.n_azimuth), 0.0);
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
+        for (std::ptrdiff_t k = 0; k < apertures.count[at(n)]; ++k) out[at(apertures.start[at(n)] + k)] += 1.0;
+    return out;
+}
+
+}  // namespace detail
+}  // namespace sarfocus::autofocus

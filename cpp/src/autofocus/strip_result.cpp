@@ -1,0 +1,201 @@
+#include "strip_result.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+#include <sarfocus/focus/azimuth.hpp>
+#include <sarfocus/quality/image_measures.hpp>
+
+#include "strip_lines.hpp"
+#include "strip_window.hpp"
+
+namespace sarfocus::autofocus::detail {
+namespace {
+
+// Where point n is imaged, pixels from where it was detected: before the correction by its own strongest tone, after it by what is left.
+std::vector<double> imaged_before(const Apertures& a) {
+    std::vector<double> out(at(a.size()));
+    for (std::ptrdiff_t n = 0; n < a.size(); ++n)
+        out[at(n)] = a.shift(n, strongest_tone(whitened_line(a, n, {}, 0.0), slope_of(a, n, a.window)).slope);
+    return out;
+}
+
+// The slope to take from point n's line so that it moves by one pixel.
+double slope_of_pixel(const Apertures& a, std::ptrdiff_t n) {
+    return two_pi * a.fm_rate[at(n)];
+}
+
+// The slope that, taken off all points, undoes their moves best: sum of weight (move - slope / pixel)^2 least.
+struct LineFit {
+    double numerator = 0.0;
+    double denominator = 0.0;
+    void add(double move, double pixel, double weight) {
+        numerator += weight * move / pixel;
+        denominator += weight / (pixel * pixel);
+    }
+    [[nodiscard]] double slope() const { return denominator > 0.0 ? numerator / denominator : 0.0; }
+};
+
+// The point that lies where a tie point belongs, or the nearest within the window.
+std::ptrdiff_t matching_point(const Apertures& a, const std::vector<double>& after, const TiePoint& tie) {
+    std::ptrdiff_t best = -1;
+    double nearest = a.window;
+    for (std::ptrdiff_t n = 0; n < a.size(); ++n) {
+        if (std::abs(a.points[at(n)].range - tie.range) > 1) continue;
+        const double distance = std::abs(static_cast<double>(a.points[at(n)].azimuth) + after[at(n)] - tie.azimuth);
+        if (distance > nearest) continue;
+        nearest = distance;
+        best = n;
+    }
+    if (best < 0)
+        throw ValueError("tie_points", "a strong point within " + number_text(std::round(a.window)) + " azimuth pixels and one range gate of each",
+                         "none at (" + number_text(tie.azimuth) + ", " + std::to_string(tie.range) + ")");
+    return best;
+}
+
+double gauge_slope(const Apertures& a, const SpgaLinearOptions& options, const StripPhase& phase, int segment,
+                   const std::vector<double>& before, const std::vector<double>& after) {
+    LineFit fit;
+    if (options.gauge == Gauge::tie_points) {
+        for (const TiePoint& tie : options.tie_points) {
+            const std::ptrdiff_t n = matching_point(a, after, tie);
+            if (phase.segment[at(n)] == segment)
+                fit.add(static_cast<double>(a.points[at(n)].azimuth) + after[at(n)] - tie.azimuth, slope_of_pixel(a, n), 1.0);
+        }
+        if (fit.denominator == 0.0)
+            throw ValueError("tie_points", "at least one in every segment of the strip", "none in segment " + std::to_string(segment));
+        return fit.slope();
+    }
+    for (std::ptrdiff_t n = 0; n < a.size(); ++n) {
+        if (phase.segment[at(n)] != segment) continue;
+        fit.add(after[at(n)] - before[at(n)], slope_of_pixel(a, n), options.gauge == Gauge::first_point ? 1.0 : phase.information[at(n)]);
+        if (options.gauge == Gauge::first_point) break;
+    }
+    return fit.slope();
+}
+
+}  // namespace
+
+std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOptions& options, StripPhase& phase) {
+    const std::vector<double> before = imaged_before(apertures);
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)  // left out of the estimate, moved by it all the same
+        if (phase.segment[at(n)] < 0)
+            phase.slope[at(n)] = strongest_tone(whitened_line(apertures, n, phase.phase, 0.0), slope_of(apertures, n, apertures.window)).slope;
+    std::vector<double> after(before.size());
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) after[at(n)] = apertures.shift(n, phase.slope[at(n)]);
+    int segments = 0;
+    for (const int s : phase.segment) segments = std::max(segments, s + 1);
+    const std::vector<SegmentSpan> spans = segment_spans(apertures, phase.segment, segments);
+    for (int s = 0; s < segments; ++s) {
+        // What the phase has more of a line, the points have less.
+        const double slope = gauge_slope(apertures, options, phase, s, before, after);
+        const SegmentSpan& span = spans[static_cast<std::size_t>(s)];
+        const double middle = 0.5 * static_cast<double>(span.covered_begin + span.covered_end - 1);
+        double mean = 0.0;
+        for (std::ptrdiff_t k = span.covered_begin; k < span.covered_end; ++k)
+            mean += phase.phase[at(k)] / static_cast<double>(span.covered_end - span.covered_begin);
+        for (std::ptrdiff_t k = span.begin; k < span.end; ++k) phase.phase[at(k)] += slope * (static_cast<double>(k) - middle) - mean;
+        for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
+            if (phase.segment[at(n)] == s) phase.slope[at(n)] -= slope;
+        for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) {
+            const std::int64_t azimuth = apertures.points[at(n)].azimuth;
+            if (phase.segment[at(n)] < 0 && azimuth >= span.begin && azimuth < span.end) phase.slope[at(n)] -= slope;
+        }
+    }
+    std::vector<double> shift(before.size());
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) shift[at(n)] = apertures.shift(n, phase.slope[at(n)]) - before[at(n)];
+    return shift;
+}
+
+void append_details(const Apertures& apertures, const Stitching& stitching, const StripPhase& phase, const std::vector<double>& shift,
+                    const StripEvidence& evidence, Result& result) {
+    StripDetails& details = result.strip;
+    const auto first = static_cast<std::int64_t>(result.points.size());
+    for (Seam seam : stitching.seams) {
+        seam.first += first;
+        seam.second += first;
+        details.seams.push_back(seam);
+    }
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) {
+        const StripPoint& p = apertures.points[at(n)];
+        StrongPoint out;
+        out.azimuth = static_cast<double>(p.azimuth) + apertures.shift(n, phase.slope[at(n)]);
+        out.range = static_cast<double>(p.range);
+        out.shift = shift[at(n)];
+        out.weight = phase.information[at(n)];
+        double weights = 0.0;
+        for (std::ptrdiff_t k = 0; k < apertures.count[at(n)]; ++k) weights += static_cast<double>(apertures.weight(n, k));
+        out.contrast = phase.noise[at(n)] > 0.0 ? phase.signal[at(n)] * weights / phase.noise[at(n)] : 0.0;
+        result.points.push_back(out);
+        details.point_quality.push_back(p.contrast);
+        details.segment.push_back(phase.segment[at(n)] < 0 ? -1 : details.segments + phase.segment[at(n)]);
+        details.held_out_gain.push_back(evidence.held_out_gain[at(n)]);
+    }
+    details.segments += stitching.segments;
+    details.knot = phase.knot;
+    if (details.coverage.empty()) details.coverage.assign(at(apertures.n_azimuth), 0.0);
+    for (std::size_t k = 0; k < details.coverage.size(); ++k) details.coverage[k] += phase.coverage[k];
+}
+
+void copy_image(const ImageView& from, const MutableImageView& to, const Execution& execution) {
+    if (from.data() == to.data() && from.strides() == to.strides()) return;
+    constexpr std::ptrdiff_t rows = 64;
+    parallel_for(execution, "copy", (from.extent(0) + rows - 1) / rows, [&](std::int64_t b) {
+        for (std::ptrdiff_t i = b * rows; i < std::min((b + 1) * rows, from.extent(0)); ++i)
+            for (std::ptrdiff_t j = 0; j < from.extent(1); ++j) to(i, j) = from(i, j);
+    });
+}
+
+void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
+                     const std::vector<double>& centres, const MutableImageView& corrected, bool judge, const Execution& execution,
+                     Result& result) {
+    focus::AzimuthOptions options;
+    options.execution = execution;
+    Array<cfloat, 2> kept;  // of an image that is corrected in its own memory
+    if (judge) {
+        result.score.entropy_before = quality::entropy(image, execution);
+        if (image.data() == corrected.data()) {
+            require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the input, to hand it back where it gets no better");
+            kept = Array<cfloat, 2>(image.extents());
+            copy_image(image, kept.view(), execution);
+        }
+    }
+    focus::azimuth_correct(image, geometry, phase, centres, corrected, options);
+    if (judge) {
+        result.score.entropy_after = quality::entropy(corrected, execution);
+        if (!(result.score.entropy_after < result.score.entropy_before)) {
+            result.score.improved = false;
+            result.score.reason += "; but the entropy of the whole image does not fall";
+            result.status = Status::not_improved;
+            copy_image(kept.empty() ? image : ImageView(kept.view()), corrected, execution);
+            return;
+        }
+    }
+    result.phase_error = result.estimate;
+    result.status = coverage_status(result);
+}
+
+Status coverage_status(const Result& result) {
+    const std::vector<double>& coverage = result.strip.coverage;
+    const bool whole = std::all_of(coverage.begin(), coverage.end(), [](double c) { return c > 0.0; });
+    const int blocks = std::max(static_cast<int>(result.strip.block_centre.size()), 1);
+    return whole && result.strip.segments <= blocks ? Status::converged : Status::gaps;
+}
+
+void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected,
+                         const Execution& execution) {
+    require_strip_image(image, geometry);
+    require_same_shape(corrected, "out", image, "image");
+    require_finite(image, "image", execution.threads);
+    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j)
+            if (image(i, j) != cfloat{}) return;
+    throw NumericalError("image: expected pixels other than zero, got all zero");
+}
+
+}  // namespace sarfocus::autofocus::detail

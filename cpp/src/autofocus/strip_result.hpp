@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include <sarfocus/autofocus/result.hpp>
+#include <sarfocus/autofocus/spga.hpp>
+#include <sarfocus/autofocus/strip.hpp>
+
+#include "strip_score.hpp"
+
+namespace sarfocus::autofocus::detail {
+
+/// Adds to the phase of every segment the line that the gauge asks for, and takes a constant off. Returns the azimuth pixels by which each
+/// point is moved. Throws ValueError where a tie point matches no point.
+[[nodiscard]] std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOptions& options, StripPhase& phase);
+
+/// Points, seams, coverage and the rest, from one block of range gates; appended to what the result holds.
+void append_details(const Apertures& apertures, const Stitching& stitching, const StripPhase& phase, const std::vector<double>& shift,
+                    const StripEvidence& evidence, Result& result);
+
+/// Copies an image; does nothing where both are the same memory.
+void copy_image(const ImageView& from, const MutableImageView& to, const Execution& execution);
+
+/// The status of an applied correction, from where apertures reach.
+[[nodiscard]] Status coverage_status(const Result& result);
+
+/// Corrects the image, keeps the correction where the entropy of the whole image falls (or `judge` is false), hands the input back
+/// otherwise. Sets phase_error, status and the entropies of the score.
+void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
+                     const std::vector<double>& centres, const MutableImageView& corrected, bool judge, const Execution& execution,
+                     Result& result);
+
+/// Throws where an image can't be focused: wrong shape, NaN, all zero.
+void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected,
+                         const Execution& execution);
+
+}  // namespace sarfocus::autofocus::detail

@@ -1,0 +1,60 @@
+#include "python_result.hpp"
+
+#include <pybind11/numpy.h>
+
+#include "convert.hpp"
+
+namespace sarfocus::python {
+namespace {
+
+py::dict strip_details(const autofocus::StripDetails& strip) {
+    py::dict out;
+    out["seams"] = to_numpy(strip.seams);
+    out["segment"] = to_numpy(strip.segment);
+    out["segments"] = strip.segments;
+    out["coverage"] = to_numpy(strip.coverage);
+    out["point_quality"] = to_numpy(strip.point_quality);
+    out["held_out_gain"] = to_numpy(strip.held_out_gain);
+    out["knot"] = strip.knot;
+    if (!strip.block_centre.empty()) {
+        const auto blocks = static_cast<py::ssize_t>(strip.block_centre.size());
+        const auto n = static_cast<py::ssize_t>(strip.block_phase.size()) / blocks;
+        out["block_phase"] = py::array_t<double>({blocks, n}, strip.block_phase.data());
+        out["block_centre"] = to_numpy(strip.block_centre);
+    }
+    return out;
+}
+
+}  // namespace
+
+py::dict diagnostics(const autofocus::Result& result) {
+    py::list rounds;
+    for (const autofocus::Round& r : result.rounds) {
+        py::dict row;
+        row["stage"] = r.stage;
+        row["window"] = r.window;
+        row["points"] = r.points;
+        row["iterations"] = r.iterations;
+        row["update_rms"] = r.update_rms;
+        rounds.append(row);
+    }
+    py::dict score;
+    score["entropy_before"] = result.score.entropy_before;
+    score["entropy_after"] = result.score.entropy_after;
+    score["held_out_gain"] = result.score.held_out_gain;
+    score["held_out_noise"] = result.score.held_out_noise;
+    score["point_gain_db"] = result.score.point_gain_db;
+    score["improved"] = result.score.improved;
+    score["reason"] = result.score.reason;
+    py::dict timings;
+    for (const autofocus::Timing& t : result.timings) timings[py::str(t.phase)] = t.seconds;
+    py::dict out;
+    if (!result.strip.coverage.empty()) out["strip"] = strip_details(result.strip);
+    out["rounds"] = rounds;
+    out["score"] = score;
+    out["timings"] = timings;
+    out["threads"] = result.threads;
+    return out;
+}
+
+}  // namespace sarfocus::python
