@@ -20,9 +20,9 @@ namespace {
 
 using autofocus::Apertures;
 using autofocus::Seam;
+using autofocus::Stitching;
 using autofocus::StripPhase;
 using autofocus::StripPoint;
-using autofocus::Stitching;
 using geometry::StripmapGeometry;
 
 template <class Choice>
@@ -75,8 +75,8 @@ py::array_t<StripPoint> select_points(const py::object& image, const StripmapGeo
     return to_numpy(found);
 }
 
-Apertures extract(const py::object& image, const StripmapGeometry& geometry, const py::object& points, int window, double taper, int threads,
-                  const py::object& progress) {
+Apertures extract(const py::object& image, const StripmapGeometry& geometry, const py::object& points, int window, double taper,
+                  int threads, const py::object& progress) {
     const auto in = input<cfloat, 2>(image, "image");
     const std::vector<StripPoint> chosen = list_of<StripPoint>(points, "points");
     autofocus::StripExtractOptions options;
@@ -149,8 +149,9 @@ py::array azimuth_correct(const py::object& image, const StripmapGeometry& geome
                           const py::object& out, int threads, const py::object& progress) {
     const auto source = input<cfloat, 2>(image, "image");
     const auto ndim = py::module_::import("numpy").attr("ndim")(phase).cast<int>();
-    const auto rows = ndim == 1 ? real_input<2>(py::module_::import("numpy").attr("asarray")(phase)[py::make_tuple(py::none(), py::ellipsis())], "phase")
-                                : real_input<2>(phase, "phase");
+    const auto rows =
+        ndim == 1 ? real_input<2>(py::module_::import("numpy").attr("asarray")(phase)[py::make_tuple(py::none(), py::ellipsis())], "phase")
+                  : real_input<2>(phase, "phase");
     std::vector<double> middle = {0.0};
     if (!centres.is_none()) {
         const auto given = real_input<1>(centres, "centres");
@@ -185,8 +186,8 @@ PythonResult spga_linear(const py::object& image, const StripmapGeometry& geomet
                          const std::string& cfar, double false_alarm_probability, double maximum_contrast, int window, double taper,
                          int width, bool do_no_harm, const py::object& out, int threads, const py::object& progress) {
     autofocus::SpgaLinearOptions options;
-    options.matching = choice<autofocus::Matching>(matching, "matching",
-                                                   {{"slope", autofocus::Matching::slope}, {"search", autofocus::Matching::search}});
+    options.matching =
+        choice<autofocus::Matching>(matching, "matching", {{"slope", autofocus::Matching::slope}, {"search", autofocus::Matching::search}});
     options.gauge = choice<autofocus::Gauge>(gauge, "gauge",
                                              {{"zero_mean_shift", autofocus::Gauge::zero_mean_shift},
                                               {"first_point", autofocus::Gauge::first_point},
@@ -200,7 +201,8 @@ PythonResult spga_linear(const py::object& image, const StripmapGeometry& geomet
     options.search.width = width;
     options.do_no_harm = do_no_harm;
     options.execution = execution(threads, progress);
-    return run_on(image, out, [&](const ImageView& from, const MutableImageView& to) { return autofocus::spga_linear(from, geometry, to, options); });
+    return run_on(image, out,
+                  [&](const ImageView& from, const MutableImageView& to) { return autofocus::spga_linear(from, geometry, to, options); });
 }
 
 PythonResult spga(const py::object& image, const StripmapGeometry& geometry, int iterations, double narrowing, int points,
@@ -213,7 +215,8 @@ PythonResult spga(const py::object& image, const StripmapGeometry& geometry, int
     options.extract.window = window;
     options.do_no_harm = do_no_harm;
     options.execution = execution(threads, progress);
-    return run_on(image, out, [&](const ImageView& from, const MutableImageView& to) { return autofocus::spga(from, geometry, to, options); });
+    return run_on(image, out,
+                  [&](const ImageView& from, const MutableImageView& to) { return autofocus::spga(from, geometry, to, options); });
 }
 
 void bind_types(py::module_& m) {
@@ -399,7 +402,8 @@ float64 [width, width]
 Raises
 ------
 ValueError)");
-    m.def("stitch", &stitch, py::arg("apertures"), py::arg("seams"), R"(Linear phase of every point from all seams: robust weighted least squares.
+    m.def("stitch", &stitch, py::arg("apertures"), py::arg("seams"),
+          R"(Linear phase of every point from all seams: robust weighted least squares.
 
 Parameters
 ----------

@@ -41,7 +41,8 @@ struct Pass {
     StripPhase phase;
 };
 
-Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const SpgaOptions& options, double share, detail::Stopwatch& clock) {
+Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const SpgaOptions& options, double share,
+              detail::Stopwatch& clock) {
     Pass out;
     StripSelectOptions select = options.select;
     select.execution = options.execution;
@@ -132,7 +133,8 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
     if (options.do_no_harm) {
         result.score.entropy_after = quality::entropy(corrected, options.execution);
         result.score.improved = result.score.entropy_after < result.score.entropy_before;
-        result.score.reason = result.score.improved ? "the entropy of the whole image falls" : "the entropy of the whole image does not fall";
+        result.score.reason =
+            result.score.improved ? "the entropy of the whole image falls" : "the entropy of the whole image does not fall";
         clock.lap("score");
         if (!result.score.improved) {
             result.status = Status::not_improved;

@@ -175,7 +175,8 @@ Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, Mut
     options.validate();
     detail::require_strip_input(image, geometry, corrected, options.execution);
     if (options.range_blocks > image.extent(1))
-        throw ValueError("range_blocks", "at most the " + std::to_string(image.extent(1)) + " range gates", std::to_string(options.range_blocks));
+        throw ValueError("range_blocks", "at most the " + std::to_string(image.extent(1)) + " range gates",
+                         std::to_string(options.range_blocks));
     Result result;
     result.threads = resolve_threads(options.execution.threads);
     detail::Stopwatch clock(result.timings);

@@ -29,7 +29,8 @@ cdouble product_of(const Apertures& a, const Lines& lines, std::ptrdiff_t i, std
     const std::ptrdiff_t end = std::min(a.start[at(i)] + a.count[at(i)], a.start[at(j)] + a.count[at(j)]);
     cdouble sum{};
     for (std::ptrdiff_t k = begin; k < end; ++k) {
-        const double weight = std::sqrt(static_cast<double>(a.weight(i, k - a.start[at(i)])) * static_cast<double>(a.weight(j, k - a.start[at(j)])));
+        const double weight =
+            std::sqrt(static_cast<double>(a.weight(i, k - a.start[at(i)])) * static_cast<double>(a.weight(j, k - a.start[at(j)])));
         sum += weight * lines[at(i)][at(k - a.start[at(i)])] * std::conj(lines[at(j)][at(k - a.start[at(j)])]);
     }
     return sum;
@@ -69,7 +70,8 @@ std::vector<cdouble> constants_of(const Links& links, const std::vector<int>& se
     for (;;) {
         std::size_t next = n;
         for (std::size_t i = 0; i < n; ++i)
-            if (use[i] && out[i] == cdouble{} && std::abs(pulls[i]) > 0.0 && (next == n || std::abs(pulls[i]) > std::abs(pulls[next]))) next = i;
+            if (use[i] && out[i] == cdouble{} && std::abs(pulls[i]) > 0.0 && (next == n || std::abs(pulls[i]) > std::abs(pulls[next])))
+                next = i;
         if (next == n) break;
         out[next] = pulls[next] / std::abs(pulls[next]);
         for (const Link& link : links[next]) pulls[at(link.other)] += std::conj(link.product) * out[next];
@@ -124,7 +126,8 @@ Fit fit(const Apertures& a, std::ptrdiff_t n, const std::vector<cdouble>& line) 
 // Adds weight * conj(gain) * line to the sum over points, each in place. In the order of the points, so that bits do not depend on threads.
 void add_line(const Apertures& a, std::ptrdiff_t n, const std::vector<cdouble>& line, const cdouble& gain, std::vector<cdouble>& sum) {
     for (std::size_t k = 0; k < line.size(); ++k)
-        sum[at(a.start[at(n)]) + k] += std::conj(gain) * std::sqrt(static_cast<double>(a.weight(n, static_cast<std::ptrdiff_t>(k)))) * line[k];
+        sum[at(a.start[at(n)]) + k] +=
+            std::conj(gain) * std::sqrt(static_cast<double>(a.weight(n, static_cast<std::ptrdiff_t>(k)))) * line[k];
 }
 
 void add_argument(const std::vector<cdouble>& sum, CoherentPhase& out) {

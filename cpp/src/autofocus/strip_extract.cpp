@@ -137,11 +137,10 @@ void require_strip_image(const ImageView& image, const StripmapGeometry& geometr
     constexpr double steepest = 0.1;  // sine of the squint or of the half beam: beyond, slow time and Doppler no longer answer linearly
     const double squint = geometry.wavelength * geometry.doppler_centroid / (2.0 * geometry.velocity);
     if (std::abs(squint) > steepest)
-        throw ValueError("doppler_centroid",
-                         "a squint whose sine lambda fdc / (2 v) is at most 0.1: the method is made for small squint", number_text(squint));
+        throw ValueError("doppler_centroid", "a squint whose sine lambda fdc / (2 v) is at most 0.1: the method is made for small squint",
+                         number_text(squint));
     const double beam = geometry.wavelength * geometry.doppler_bandwidth / (4.0 * geometry.velocity);
-    if (beam > steepest)
-        throw ValueError("doppler_bandwidth", "a half beam whose sine lambda B / (4 v) is at most 0.1", number_text(beam));
+    if (beam > steepest) throw ValueError("doppler_bandwidth", "a half beam whose sine lambda B / (4 v) is at most 0.1", number_text(beam));
     for (const std::size_t gate : {std::size_t{0}, geometry.slant_range.size() - 1})
         if (geometry.aperture_samples(gate) < 32.0)
             throw ValueError("geometry", "apertures of at least 32 azimuth samples", number_text(geometry.aperture_samples(gate)));
@@ -201,8 +200,9 @@ Apertures extract_apertures(const ImageView& image, const StripmapGeometry& geom
             const cfloat expected = ideal(length / 2 + reach.begin + k);
             const cfloat value = piece(length / 2 + reach.begin + k) * std::conj(expected) / std::norm(expected);
             if (!(std::isfinite(value.real()) && std::isfinite(value.imag())))
-                throw NumericalError("image: expected finite pixels, got NaN or infinity within " + std::to_string(std::lround(out.window)) +
-                                     " azimuth pixels of [" + std::to_string(point.azimuth) + ", " + std::to_string(point.range) + "]");
+                throw NumericalError("image: expected finite pixels, got NaN or infinity within " +
+                                     std::to_string(std::lround(out.window)) + " azimuth pixels of [" + std::to_string(point.azimuth) +
+                                     ", " + std::to_string(point.range) + "]");
             out.lines(i, k) = value;
             out.weight(i, k) = static_cast<float>(std::norm(expected) / middle);
         }
@@ -213,7 +213,8 @@ Apertures extract_apertures(const ImageView& image, const StripmapGeometry& geom
 }
 
 double aperture_contrast(const Apertures& apertures, std::ptrdiff_t n) {
-    if (n < 0 || n >= apertures.size()) throw ValueError("n", "a point from 0 to " + std::to_string(apertures.size() - 1), std::to_string(n));
+    if (n < 0 || n >= apertures.size())
+        throw ValueError("n", "a point from 0 to " + std::to_string(apertures.size() - 1), std::to_string(n));
     double amplitude = 0.0;
     double power = 0.0;
     double count = 0.0;

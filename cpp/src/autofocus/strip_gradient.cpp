@@ -15,9 +15,9 @@ namespace {
 using detail::at;
 
 struct Steps {
-    std::vector<cdouble> sum;        // of d(k) conj d(k - 1), [n_azimuth]
-    std::vector<double> magnitude;   // of |d(k) conj d(k - 1)|
-    std::vector<double> looks;       // independent samples in it
+    std::vector<cdouble> sum;       // of d(k) conj d(k - 1), [n_azimuth]
+    std::vector<double> magnitude;  // of |d(k) conj d(k - 1)|
+    std::vector<double> looks;      // independent samples in it
 };
 
 Steps phase_steps(const Apertures& apertures, const Stitching& stitching, std::vector<double>& line_power) {
@@ -137,8 +137,8 @@ StripPhase integrate_gradient(const Apertures& apertures, const Stitching& stitc
     out.information.assign(count, 0.0);
     double total = 0.0;
     for (std::ptrdiff_t i = 0; i < apertures.size(); ++i) {
-        const detail::Tone tone =
-            detail::strongest_tone(detail::whitened_line(apertures, i, out.phase, stitching.slope[at(i)]), detail::slope_of(apertures, i, 4.0));
+        const detail::Tone tone = detail::strongest_tone(detail::whitened_line(apertures, i, out.phase, stitching.slope[at(i)]),
+                                                         detail::slope_of(apertures, i, 4.0));
         out.slope[at(i)] += tone.slope;
         out.signal[at(i)] = power[at(i)] * tone.coherence;
         out.noise[at(i)] = power[at(i)] * (1.0 - tone.coherence);

@@ -21,17 +21,17 @@ using Vector = Eigen::VectorXd;
 using Matrix = Eigen::SparseMatrix<double>;
 using Index = Eigen::Index;
 
-constexpr int inner_steps = 2;                  // Gauss-Newton steps between two looks at the samples
+constexpr int inner_steps = 2;                   // Gauss-Newton steps between two looks at the samples
 constexpr std::ptrdiff_t deviation_knots = 512;  // at most about so many knots get a posterior deviation; between them it is interpolated
-constexpr double clean = 1e-4;                  // no line is believed to have less noise than this share of its signal in a knot
+constexpr double clean = 1e-4;                   // no line is believed to have less noise than this share of its signal in a knot
 
 // A point's line, averaged over the knots it reaches, with the current phase and linear term taken out.
 struct BinnedLine {
     std::ptrdiff_t point = 0;
-    std::ptrdiff_t first = 0;      // knot
-    std::vector<cdouble> sum;      // of root weight times whitened sample
-    std::vector<double> weight;    // sum of weights
-    std::vector<double> offset;    // (slow time of the knot less that of the point) / half aperture
+    std::ptrdiff_t first = 0;    // knot
+    std::vector<cdouble> sum;    // of root weight times whitened sample
+    std::vector<double> weight;  // sum of weights
+    std::vector<double> offset;  // (slow time of the knot less that of the point) / half aperture
     double half_aperture = 1.0;
     cdouble amplitude;
     double noise = 0.0;  // of a sample of weight 1
@@ -95,7 +95,9 @@ public:
     }
 
 private:
-    [[nodiscard]] double centre(std::ptrdiff_t m) const { return static_cast<double>(span_.begin) + knot_ * (static_cast<double>(m) + 0.5) - 0.5; }
+    [[nodiscard]] double centre(std::ptrdiff_t m) const {
+        return static_cast<double>(span_.begin) + knot_ * (static_cast<double>(m) + 0.5) - 0.5;
+    }
     [[nodiscard]] std::ptrdiff_t knot_of(std::ptrdiff_t k) const {
         return std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>((static_cast<double>(k - span_.begin) + 0.5) / knot_), 0, n_ - 1);
     }
@@ -124,8 +126,10 @@ private:
         };
         const double before = line(first, std::min(first + reach, last));
         const double behind = line(std::max(last - reach, first), last);
-        for (std::ptrdiff_t m = 0; m < first && first < n_; ++m) phase_[at(m)] = phase_[at(first)] + before * static_cast<double>(m - first);
-        for (std::ptrdiff_t m = last + 1; m < n_ && last >= 0; ++m) phase_[at(m)] = phase_[at(last)] + behind * static_cast<double>(m - last);
+        for (std::ptrdiff_t m = 0; m < first && first < n_; ++m)
+            phase_[at(m)] = phase_[at(first)] + before * static_cast<double>(m - first);
+        for (std::ptrdiff_t m = last + 1; m < n_ && last >= 0; ++m)
+            phase_[at(m)] = phase_[at(last)] + behind * static_cast<double>(m - last);
         for (std::ptrdiff_t m = first + 1; m < last; ++m)
             if (count[at(m)] == 0.0) phase_[at(m)] = phase_[at(m - 1)];
     }
@@ -160,8 +164,9 @@ private:
                 out.weight[at(knot_of(k) - out.first)] += w;
             }
             for (std::size_t m = 0; m < knots; ++m)
-                out.offset.push_back((centre(out.first + static_cast<std::ptrdiff_t>(m)) - static_cast<double>(apertures_.points[at(p)].azimuth)) /
-                                     out.half_aperture);
+                out.offset.push_back(
+                    (centre(out.first + static_cast<std::ptrdiff_t>(m)) - static_cast<double>(apertures_.points[at(p)].azimuth)) /
+                    out.half_aperture);
             lines_[at(i)] = std::move(out);
         });
         step_ = Vector::Zero(n_);
@@ -396,7 +401,8 @@ private:
         const std::vector<double> sigma = deviation();
         for (std::ptrdiff_t k = span_.begin; k < span_.end; ++k) {
             out.phase[at(k)] = phase[at(k)];
-            if (k >= span_.covered_begin && k < span_.covered_end && out.coverage[at(k)] > 0.0) out.phase_std[at(k)] = sigma[at(knot_of(k))];
+            if (k >= span_.covered_begin && k < span_.covered_end && out.coverage[at(k)] > 0.0)
+                out.phase_std[at(k)] = sigma[at(knot_of(k))];
         }
         for (std::size_t i = 0; i < lines_.size(); ++i) {
             const BinnedLine& line = lines_[i];

@@ -37,12 +37,13 @@ struct Tone {
     cdouble sum;             ///< of the signal turned by exp(-j slope (k - middle))
 };
 
-/// Peak of the periodogram within +-limit rad a sample, from a transform at least three times as long, refined by Newton steps. Signals longer than
-/// 512 samples are averaged down as far as the limit allows.
+/// Peak of the periodogram within +-limit rad a sample, from a transform at least three times as long, refined by Newton steps. Signals
+/// longer than 512 samples are averaged down as far as the limit allows.
 [[nodiscard]] Tone strongest_tone(const std::vector<cdouble>& signal, double limit);
 
 /// Line n times the root of its weights (white noise), turned by -phase(k), -slope (k - azimuth): [count].
-[[nodiscard]] std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<double>& phase, double slope);
+[[nodiscard]] std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<double>& phase,
+                                                 double slope);
 
 /// Slope limit within which a point's tone is looked for: displacements up to `pixels`.
 [[nodiscard]] double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels);

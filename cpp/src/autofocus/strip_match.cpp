@@ -64,7 +64,8 @@ Seam seam_of(const Apertures& a, std::ptrdiff_t i, std::ptrdiff_t j, double slop
 std::vector<std::ptrdiff_t> spread(const std::vector<std::ptrdiff_t>& partners, int count) {
     if (static_cast<int>(partners.size()) <= count) return partners;
     std::vector<std::ptrdiff_t> out;
-    for (int c = 0; c < count; ++c) out.push_back(partners[static_cast<std::size_t>(c) * partners.size() / static_cast<std::size_t>(count)]);
+    for (int c = 0; c < count; ++c)
+        out.push_back(partners[static_cast<std::size_t>(c) * partners.size() / static_cast<std::size_t>(count)]);
     return out;
 }
 
@@ -112,8 +113,10 @@ double coherence_after(const std::vector<cdouble>& product, double slope) {
 
 void require_pair(const Apertures& a, std::ptrdiff_t i, std::ptrdiff_t j) {
     for (const std::ptrdiff_t n : {i, j})
-        if (n < 0 || n >= a.size()) throw ValueError("first, second", "points from 0 to " + std::to_string(a.size() - 1), std::to_string(n));
-    if (overlap_of(a, i, j).size() < 2) throw ValueError("first, second", "two apertures that overlap", std::to_string(i) + ", " + std::to_string(j));
+        if (n < 0 || n >= a.size())
+            throw ValueError("first, second", "points from 0 to " + std::to_string(a.size() - 1), std::to_string(n));
+    if (overlap_of(a, i, j).size() < 2)
+        throw ValueError("first, second", "two apertures that overlap", std::to_string(i) + ", " + std::to_string(j));
 }
 
 }  // namespace

@@ -53,7 +53,8 @@ std::ptrdiff_t matching_point(const Apertures& a, const std::vector<double>& aft
         best = n;
     }
     if (best < 0)
-        throw ValueError("tie_points", "a strong point within " + number_text(std::round(a.window)) + " azimuth pixels and one range gate of each",
+        throw ValueError("tie_points",
+                         "a strong point within " + number_text(std::round(a.window)) + " azimuth pixels and one range gate of each",
                          "none at (" + number_text(tie.azimuth) + ", " + std::to_string(tie.range) + ")");
     return best;
 }
@@ -85,7 +86,8 @@ std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOpti
     const std::vector<double> before = imaged_before(apertures);
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)  // left out of the estimate, moved by it all the same
         if (phase.segment[at(n)] < 0)
-            phase.slope[at(n)] = strongest_tone(whitened_line(apertures, n, phase.phase, 0.0), slope_of(apertures, n, apertures.window)).slope;
+            phase.slope[at(n)] =
+                strongest_tone(whitened_line(apertures, n, phase.phase, 0.0), slope_of(apertures, n, apertures.window)).slope;
     std::vector<double> after(before.size());
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) after[at(n)] = apertures.shift(n, phase.slope[at(n)]);
     int segments = 0;

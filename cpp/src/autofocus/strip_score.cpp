@@ -79,10 +79,11 @@ void judge_held_out(StripEvidence& out, double floor) {
     // The scatter over points, but not less than what the noise of the peaks alone gives.
     out.noise = std::sqrt(std::max(scatter, floor / n));
     out.agrees = out.mean_gain > sigmas * out.noise;
-    out.reason = out.agrees ? sentence("the peaks of points rise by %.2f dB with the phase that other points gave, +- %.2f dB by chance",
-                                       4.342944819 * out.mean_gain, 4.342944819 * out.noise)
-                            : sentence("the phase that other points gave changes a point's peak by %.2f dB, no more than chance would (+- %.2f dB)",
-                                       4.342944819 * out.mean_gain, 4.342944819 * out.noise);
+    out.reason =
+        out.agrees ? sentence("the peaks of points rise by %.2f dB with the phase that other points gave, +- %.2f dB by chance",
+                              4.342944819 * out.mean_gain, 4.342944819 * out.noise)
+                   : sentence("the phase that other points gave changes a point's peak by %.2f dB, no more than chance would (+- %.2f dB)",
+                              4.342944819 * out.mean_gain, 4.342944819 * out.noise);
 }
 
 void judge_alone(const Apertures& a, const StripPhase& phase, StripEvidence& out) {
@@ -101,8 +102,8 @@ void judge_alone(const Apertures& a, const StripPhase& phase, StripEvidence& out
     out.mean_gain = gain;
     out.noise = explained;
     if (!(worst <= steady))
-        out.reason = sentence("no other point confirms the phase, and the envelope of a point's signal is unsteady (Q %.2f, %.2f allowed)", worst,
-                              steady);
+        out.reason = sentence("no other point confirms the phase, and the envelope of a point's signal is unsteady (Q %.2f, %.2f allowed)",
+                              worst, steady);
     else if (!(gain > sigmas * std::min(explained, 1.0) + 0.02))
         out.reason = sentence("no other point confirms the phase, and the points' peaks gain %.2f dB, of which %.2f dB may be fitted noise",
                               4.342944819 * gain, 4.342944819 * explained);
@@ -115,7 +116,8 @@ void judge_alone(const Apertures& a, const StripPhase& phase, StripEvidence& out
 
 }  // namespace
 
-StripEvidence weigh_points(const Apertures& apertures, const std::vector<Seam>& seams, const StripPhase& phase, const Execution& execution) {
+StripEvidence weigh_points(const Apertures& apertures, const std::vector<Seam>& seams, const StripPhase& phase,
+                           const Execution& execution) {
     StripEvidence out;
     const std::ptrdiff_t n = apertures.size();
     out.held_out_gain.assign(at(n), std::numeric_limits<double>::quiet_NaN());

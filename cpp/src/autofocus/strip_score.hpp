@@ -12,8 +12,8 @@ namespace sarfocus::autofocus::detail {
 struct StripEvidence {
     std::vector<double> held_out_gain;  ///< nat [n_point], of log peak with the phase of other points; nan where they do not reach it
     double mean_gain = 0.0;
-    double noise = 0.0;      ///< standard error of the mean gain
-    int judged = 0;          ///< points that others reach
+    double noise = 0.0;        ///< standard error of the mean gain
+    int judged = 0;            ///< points that others reach
     double own_gain_db = 0.0;  ///< of the points' peaks with the phase of all
     bool agrees = false;
     std::string reason;

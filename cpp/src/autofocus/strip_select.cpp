@@ -78,7 +78,6 @@ double statistic_of(double ratio, double looks) {
     return ratio > 1.0 ? std::max(looks, 1.0) * (ratio - 1.0 - std::log(ratio)) : 0.0;
 }
 
-
 // The best box of every section of one block of gates.
 void best_boxes(const ImageView& image, std::ptrdiff_t first_gate, const Sections& sections, const StripmapGeometry& geometry,
                 const std::vector<int>& extents, RunningSums& sums, std::vector<StripPoint>& out) {
@@ -136,8 +135,8 @@ std::vector<std::vector<StripPoint>> candidates_of(const ImageView& image, const
         auto& workspace = workspaces[static_cast<std::size_t>(omp_get_thread_num())];
         if (!workspace) workspace = std::make_unique<RunningSums>(image.extent(0), gates_of_a_block);
         const std::ptrdiff_t first = b * gates_of_a_block;
-        best_boxes(image.slice(1, first, std::min(gates_of_a_block, n_range - first)), first, sections, geometry, options.extents, *workspace,
-                   boxes);
+        best_boxes(image.slice(1, first, std::min(gates_of_a_block, n_range - first)), first, sections, geometry, options.extents,
+                   *workspace, boxes);
     });
     std::vector<std::vector<StripPoint>> out(at(sections.count));
     for (std::ptrdiff_t s = 0; s < sections.count; ++s) {
@@ -258,9 +257,8 @@ std::vector<StripPoint> select_strip_points(const ImageView& image, const Stripm
     spread = detect::spread_evenly(spread, image.extent(0), even);
     std::vector<StripPoint> out;
     for (const detect::Point& chosen : spread)
-        out.push_back(*std::find_if(apertures.points.begin(), apertures.points.end(), [&](const StripPoint& p) {
-            return p.azimuth == chosen.azimuth && p.range == chosen.range;
-        }));
+        out.push_back(*std::find_if(apertures.points.begin(), apertures.points.end(),
+                                    [&](const StripPoint& p) { return p.azimuth == chosen.azimuth && p.range == chosen.range; }));
     return out;
 }
 

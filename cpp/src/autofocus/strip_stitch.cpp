@@ -137,7 +137,8 @@ Stitching stitch_some(const Apertures& apertures, const std::vector<Seam>& seams
     std::vector<double> base(seams.size(), 0.0);
     for (std::size_t s = 0; s < seams.size(); ++s) {
         Seam& seam = out.seams[s];
-        if (seam.first < 0 || seam.first >= apertures.size() || seam.second < 0 || seam.second >= apertures.size() || seam.first == seam.second)
+        if (seam.first < 0 || seam.first >= apertures.size() || seam.second < 0 || seam.second >= apertures.size() ||
+            seam.first == seam.second)
             throw ValueError("seams", "pairs of the " + std::to_string(apertures.size()) + " points",
                              std::to_string(seam.first) + ", " + std::to_string(seam.second));
         const bool used = use[at(seam.first)] && use[at(seam.second)] && seam.coherence * looks_of(apertures, seam) > detectable;

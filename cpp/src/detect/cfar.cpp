@@ -79,7 +79,8 @@ double factor_of(const Frame& frame, const CfarOptions& options) {
     const bool greatest = options.method == CfarMethod::greatest_of;
     const std::ptrdiff_t cells = greatest ? before + behind : frame.size();
     if (cells == 0) return std::numeric_limits<double>::infinity();
-    if (options.looks > 1.0) return multi_look_factor(options.looks, greatest && before > 0 && behind > 0 ? std::min(before, behind) : cells, p);
+    if (options.looks > 1.0)
+        return multi_look_factor(options.looks, greatest && before > 0 && behind > 0 ? std::min(before, behind) : cells, p);
     if (greatest && before > 0 && behind > 0) return greatest_of_factor(before, behind, p);
     if (options.method == CfarMethod::ordered_statistic) return ordered_statistic_factor(cells, rank_of(options.rank, cells), p);
     return cell_averaging_factor(cells, p);

@@ -125,10 +125,12 @@ private:
 
 void require_phase(const ArrayView<const double, 2>& phase, const std::vector<double>& centres, std::ptrdiff_t n_azimuth) {
     if (phase.extent(0) < 1 || phase.extent(1) != n_azimuth)
-        throw ShapeError("phase", "(n_block, " + std::to_string(n_azimuth) + "), a value for every azimuth line", shape_text(phase.extents()));
+        throw ShapeError("phase", "(n_block, " + std::to_string(n_azimuth) + "), a value for every azimuth line",
+                         shape_text(phase.extents()));
     require_finite(phase, "phase");
     if (static_cast<std::ptrdiff_t>(centres.size()) != phase.extent(0))
-        throw ShapeError("centres", std::to_string(phase.extent(0)) + " range gates, one for each row of phase", std::to_string(centres.size()));
+        throw ShapeError("centres", std::to_string(phase.extent(0)) + " range gates, one for each row of phase",
+                         std::to_string(centres.size()));
     for (std::size_t b = 0; b < centres.size(); ++b)
         if (!std::isfinite(centres[b]) || (b > 0 && !(centres[b] > centres[b - 1])))
             throw ValueError("centres", "finite, ascending range gates", number_text(centres[b]));

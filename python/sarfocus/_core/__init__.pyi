@@ -5,6 +5,7 @@ from . import geometry as geometry
 from . import quality as quality
 from . import signal as signal
 from . import sim as sim
+from . import strip as strip
 
 __version__: str
 

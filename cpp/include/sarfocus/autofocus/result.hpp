@@ -61,15 +61,15 @@ struct Seam {
 
 /// What only stripmap methods find.
 struct StripDetails {
-    std::vector<Seam> seams;             ///< between the points, by index
-    std::vector<int> segment;            ///< of every point: those joined by overlaps
-    std::vector<double> coverage;        ///< apertures that reach each azimuth sample
-    std::vector<double> point_quality;   ///< Q_k of every point [Xie2023, eq. 5]
-    std::vector<double> held_out_gain;   ///< nat, of every point's peak with the phase that the others gave; nan where they don't reach it
+    std::vector<Seam> seams;            ///< between the points, by index
+    std::vector<int> segment;           ///< of every point: those joined by overlaps
+    std::vector<double> coverage;       ///< apertures that reach each azimuth sample
+    std::vector<double> point_quality;  ///< Q_k of every point [Xie2023, eq. 5]
+    std::vector<double> held_out_gain;  ///< nat, of every point's peak with the phase that the others gave; nan where they don't reach it
     int segments = 0;
-    double knot = 1.0;                   ///< samples between the values that the refinement estimated
-    std::vector<double> block_phase;     ///< rad, [n_block, n_azimuth] row by row, where range blocks were asked for
-    std::vector<double> block_centre;    ///< range gate in the middle of each block
+    double knot = 1.0;                 ///< samples between the values that the refinement estimated
+    std::vector<double> block_phase;   ///< rad, [n_block, n_azimuth] row by row, where range blocks were asked for
+    std::vector<double> block_centre;  ///< range gate in the middle of each block
 };
 
 struct Timing {

@@ -24,7 +24,7 @@ enum class Gauge {
 };
 
 struct TiePoint {
-    double azimuth = 0.0;     ///< pixel where it belongs, fractional
+    double azimuth = 0.0;      ///< pixel where it belongs, fractional
     std::ptrdiff_t range = 0;  ///< gate
 };
 
@@ -47,8 +47,8 @@ struct SpgaLinearOptions {
     SARFOCUS_API void validate() const;
 };
 
-/// Iteration-free stripmap autofocus that keeps the linear phase [Xie2023; methods 3]: select, extract, match, stitch, refine, gauge, correct.
-/// One pass: the image is transformed once.
+/// Iteration-free stripmap autofocus that keeps the linear phase [Xie2023; methods 3]: select, extract, match, stitch, refine, gauge,
+/// correct. One pass: the image is transformed once.
 ///
 /// image: [n_azimuth, n_range] complex64, a compressed strip as azimuth_compress or form_stripmap makes it, with a phase error over slow
 /// time that all range gates (of a block) share. corrected: the same shape, written; may be `image` itself, must not overlap it otherwise.
@@ -63,7 +63,7 @@ SARFOCUS_API Result spga_linear(const ImageView& image, const geometry::Stripmap
                                 const SpgaLinearOptions& options = {});
 
 struct SpgaOptions {
-    int iterations = 6;  ///< passes over the image [Xie2023]; each selects, estimates and corrects anew
+    int iterations = 6;      ///< passes over the image [Xie2023]; each selects, estimates and corrects anew
     double narrowing = 0.7;  ///< factor of the window from one pass to the next, down to a quarter of the first
     StripSelectOptions select;
     StripExtractOptions extract;
@@ -73,10 +73,10 @@ struct SpgaOptions {
     SARFOCUS_API void validate() const;
 };
 
-/// Stripmap phase gradient autofocus [Xie2023, section 2; Luo2025, section 2.1], the baseline: of every aperture the phase gradient, less its
-/// mean, averaged where apertures overlap and summed up. The mean that is taken off is the linear phase: targets stay displaced, apertures
-/// do not fit together, and passes are needed. Memory, errors and result as for spga_linear; no seams, and phase_std is that of the
-/// gradients of the last pass.
+/// Stripmap phase gradient autofocus [Xie2023, section 2; Luo2025, section 2.1], the baseline: of every aperture the phase gradient, less
+/// its mean, averaged where apertures overlap and summed up. The mean that is taken off is the linear phase: targets stay displaced,
+/// apertures do not fit together, and passes are needed. Memory, errors and result as for spga_linear; no seams, and phase_std is that of
+/// the gradients of the last pass.
 SARFOCUS_API Result spga(const ImageView& image, const geometry::StripmapGeometry& geometry, MutableImageView corrected,
                          const SpgaOptions& options = {});
 

@@ -36,8 +36,8 @@ struct StripSelectOptions {
     /// The 2-D test of every candidate; its cells are as long as the candidate's extent.
     detect::CfarOptions cfar = {.reference = {6, 6}, .guard = {2, 2}, .execution = {}};
     double maximum_contrast = 0.25;  ///< Q_k above which a candidate goes: 0 for an ideal point, 0.215 for speckle, more for what is uneven
-    int points = 0;                 ///< at most so many; 0: the smaller of K_up [Xie2023, eq. 25] and `points_per_aperture`
-    int points_per_aperture = 24;   ///< the phase of more of them is known well enough
+    int points = 0;                  ///< at most so many; 0: the smaller of K_up [Xie2023, eq. 25] and `points_per_aperture`
+    int points_per_aperture = 24;    ///< the phase of more of them is known well enough
     double dynamic_range_db = 30.0;  ///< a candidate so far below the strongest within half an aperture and 16 gates is its side lobe
     int window = 0;                  ///< half width of the piece of image cut for Q_k, pixels; 0: as `extract`
     Execution execution;
@@ -64,8 +64,8 @@ struct StripExtractOptions {
 
 /// The dechirped signals of strong points over their apertures.
 struct Apertures {
-    Array<cfloat, 2> lines;            ///< [n_point, n_sample]; a point's is A exp(j (phi(k) + a + b k)); zeros where there is none
-    Array<float, 2> weight;            ///< [n_point, n_sample] power of an ideal point there, about 1 in the middle; noise goes as 1 / weight
+    Array<cfloat, 2> lines;  ///< [n_point, n_sample]; a point's is A exp(j (phi(k) + a + b k)); zeros where there is none
+    Array<float, 2> weight;  ///< [n_point, n_sample] power of an ideal point there, about 1 in the middle; noise goes as 1 / weight
     std::vector<std::ptrdiff_t> start;  ///< [n_point] slow time of sample 0
     std::vector<std::ptrdiff_t> count;  ///< [n_point] samples in use
     std::vector<double> fm_rate;        ///< [n_point] K / prf^2, cycles per sample squared
@@ -91,7 +91,7 @@ struct Apertures {
 [[nodiscard]] SARFOCUS_API double aperture_contrast(const Apertures& apertures, std::ptrdiff_t n);
 
 struct SlopeMatchOptions {
-    int pairs_per_point = 16;      ///< overlaps behind every point, spread over all that it has
+    int pairs_per_point = 16;       ///< overlaps behind every point, spread over all that it has
     double minimum_overlap = 0.15;  ///< of the shorter aperture
     Execution execution;
 
@@ -103,10 +103,10 @@ struct SlopeMatchOptions {
 [[nodiscard]] SARFOCUS_API std::vector<Seam> match_slope(const Apertures& apertures, const SlopeMatchOptions& options = {});
 
 struct SearchMatchOptions {
-    int width = 32;              ///< W, even: positions tried for either point, pixels
-    int largest_width = 1024;    ///< W doubles up to here while nothing satisfies eq. 15
-    bool interpolation = true;   ///< search again between the pixels, in eighths [Xie2023, section 3.5 (1)]
-    bool correction = true;      ///< add the slope that is left, step by step [Xie2023, section 3.5 (2), eq. 22]
+    int width = 32;                 ///< W, even: positions tried for either point, pixels
+    int largest_width = 1024;       ///< W doubles up to here while nothing satisfies eq. 15
+    bool interpolation = true;      ///< search again between the pixels, in eighths [Xie2023, section 3.5 (1)]
+    bool correction = true;         ///< add the slope that is left, step by step [Xie2023, section 3.5 (2), eq. 22]
     double minimum_overlap = 0.05;  ///< of the shorter aperture
     Execution execution;
 
@@ -115,7 +115,8 @@ struct SearchMatchOptions {
 
 /// |R(i, j)| of two apertures [Xie2023, eq. 16], rad a sample, [width, width]: the slope of the phase of their product when the first point
 /// is taken to be i - width / 2 pixels from where it was detected, the second j - width / 2. A valley, not a point [methods 3].
-[[nodiscard]] SARFOCUS_API Array<double, 2> search_matrix(const Apertures& apertures, std::ptrdiff_t first, std::ptrdiff_t second, int width);
+[[nodiscard]] SARFOCUS_API Array<double, 2> search_matrix(const Apertures& apertures, std::ptrdiff_t first, std::ptrdiff_t second,
+                                                          int width);
 
 /// Linear-phase matching of neighbours by the W x W traversal of the paper [Xie2023, section 3.3]; a slope is the difference of the two
 /// chosen displacements, with what is left added where `correction` is set. Where nothing satisfies eq. 15 at the largest width, the seam
@@ -124,9 +125,9 @@ struct SearchMatchOptions {
 
 /// The linear phases of all points, and what hangs together.
 struct Stitching {
-    std::vector<double> slope;     ///< rad a sample [n_point]: b_n; zero on average over every segment
-    std::vector<int> segment;      ///< [n_point], 0, 1, … in order of azimuth: points joined by overlaps; -1: fits nothing, not used
-    std::vector<Seam> seams;       ///< as given, with residual and weight
+    std::vector<double> slope;  ///< rad a sample [n_point]: b_n; zero on average over every segment
+    std::vector<int> segment;   ///< [n_point], 0, 1, … in order of azimuth: points joined by overlaps; -1: fits nothing, not used
+    std::vector<Seam> seams;    ///< as given, with residual and weight
     int segments = 0;
 };
 
@@ -135,16 +136,17 @@ struct Stitching {
 
 /// A phase error over slow time.
 struct StripPhase {
-    std::vector<double> phase;         ///< rad [n_azimuth]; beyond the apertures it goes on as a line
-    std::vector<double> phase_std;     ///< rad [n_azimuth], with constant and line of the segment removed; nan where no aperture reaches
-    std::vector<double> coverage;      ///< apertures that reach a sample [n_azimuth]
-    std::vector<double> slope;         ///< rad a sample [n_point]: linear phase of every point that is left, as stitched and refined
-    std::vector<double> signal;        ///< |A_n|^2 [n_point]
-    std::vector<double> noise;         ///< noise power of a sample of weight 1 [n_point]
-    std::vector<double> information;   ///< share of every point in the phase [n_point]; all add up to one
-    std::vector<int> segment;          ///< [n_point], as stitched
-    std::vector<double> smoothness;    ///< of every segment: RMS of the second difference of the phase that the prior allows, rad per `knot`^2
-    double knot = 1.0;                 ///< samples between the values that the refinement estimates
+    std::vector<double> phase;        ///< rad [n_azimuth]; beyond the apertures it goes on as a line
+    std::vector<double> phase_std;    ///< rad [n_azimuth], with constant and line of the segment removed; nan where no aperture reaches
+    std::vector<double> coverage;     ///< apertures that reach a sample [n_azimuth]
+    std::vector<double> slope;        ///< rad a sample [n_point]: linear phase of every point that is left, as stitched and refined
+    std::vector<double> signal;       ///< |A_n|^2 [n_point]
+    std::vector<double> noise;        ///< noise power of a sample of weight 1 [n_point]
+    std::vector<double> information;  ///< share of every point in the phase [n_point]; all add up to one
+    std::vector<int> segment;         ///< [n_point], as stitched
+    std::vector<double>
+        smoothness;     ///< of every segment: RMS of the second difference of the phase that the prior allows, rad per `knot`^2
+    double knot = 1.0;  ///< samples between the values that the refinement estimates
 };
 
 /// phi' = arg of the sum over points of d(k) conj(d(k - 1)) exp(-j b_n), summed up along slow time [methods 3]: a single pass without

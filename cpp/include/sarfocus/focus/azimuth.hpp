@@ -32,13 +32,14 @@ SARFOCUS_API void azimuth_compress(const ImageView& raw, const geometry::Stripma
 SARFOCUS_API void azimuth_decompress(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& raw,
                                      const AzimuthOptions& options = {});
 
-/// Takes a phase error over slow time off a compressed strip: azimuth_decompress, times exp(-j phase), azimuth_compress, in one pass through
-/// memory. The phase of range gate g is interpolated linearly between the rows of `phase`, which belong to the gates `centres`; before the
-/// first and behind the last it stays the same.
+/// Takes a phase error over slow time off a compressed strip: azimuth_decompress, times exp(-j phase), azimuth_compress, in one pass
+/// through memory. The phase of range gate g is interpolated linearly between the rows of `phase`, which belong to the gates `centres`;
+/// before the first and behind the last it stays the same.
 ///
 /// phase: [n_block, n_azimuth], rad; centres: [n_block], ascending range gates, fractions allowed. image, corrected: as for
 /// azimuth_compress. Throws as that does.
-SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
-                                  const std::vector<double>& centres, const MutableImageView& corrected, const AzimuthOptions& options = {});
+SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::StripmapGeometry& geometry,
+                                  const ArrayView<const double, 2>& phase, const std::vector<double>& centres,
+                                  const MutableImageView& corrected, const AzimuthOptions& options = {});
 
 }  // namespace sarfocus::focus
