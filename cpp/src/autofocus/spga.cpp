@@ -143,7 +143,7 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
         }
     }
     result.phase_error = result.estimate;
-    result.status = detail::coverage_status(result);
+    result.status = detail::coverage_status(result, geometry);
     return result;
 }
 

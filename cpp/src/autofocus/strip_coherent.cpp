@@ -88,16 +88,16 @@ std::vector<cdouble> constants_of(const Links& links, const std::vector<int>& se
 // Keeps the tones of a line within +-limit cycles a sample, rounded off over the outer quarter.
 void low_pass(std::vector<cdouble>& line, double limit) {
     const auto n = static_cast<std::ptrdiff_t>(line.size());
-    const std::ptrdiff_t length = fft::good_size(n + n / 4);
+    const std::ptrdiff_t length = plan_length(n + n / 8);
     Array<cdouble, 1> spectrum({length});
     std::copy(line.begin(), line.end(), spectrum.data());
-    fft::Plan<double>(length, fft::Direction::forward).execute(spectrum.data());
+    kept_plan(length, fft::Direction::forward).execute(spectrum.data());
     for (std::ptrdiff_t f = 0; f < length; ++f) {
         const double cycles = static_cast<double>(std::min(f, length - f)) / static_cast<double>(length);
         const double x = std::clamp(4.0 * (cycles / limit - 0.75), 0.0, 1.0);
         spectrum(f) *= (0.5 + 0.5 * std::cos(pi * x)) / static_cast<double>(length);
     }
-    fft::Plan<double>(length, fft::Direction::inverse).execute(spectrum.data());
+    kept_plan(length, fft::Direction::inverse).execute(spectrum.data());
     std::copy_n(spectrum.data(), n, line.begin());
 }
 

@@ -42,6 +42,18 @@ Steps phase_steps(const Apertures& apertures, const Stitching& stitching, std::v
     return out;
 }
 
+// The samples at either end of the apertures whose mean step the line beyond takes.
+std::ptrdiff_t end_samples(const detail::SegmentSpan& span) {
+    return std::clamp<std::ptrdiff_t>((span.covered_end - span.covered_begin) / 32, 1, 32);
+}
+
+double mean_step(const Steps& steps, std::ptrdiff_t begin, std::ptrdiff_t end) {
+    cdouble sum{};
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(begin, 0); k < std::min(end, static_cast<std::ptrdiff_t>(steps.sum.size())); ++k)
+        sum += steps.sum[at(k)];
+    return sum != cdouble{} ? std::arg(sum) : 0.0;
+}
+
 // Variance of one step from how well its contributions agree, averaged over a look: smooth noise takes steps that are alike.
 std::vector<double> step_variance(const Steps& steps, double look) {
     const auto n = static_cast<std::ptrdiff_t>(steps.sum.size());
@@ -123,9 +135,13 @@ StripPhase integrate_gradient(const Apertures& apertures, const Stitching& stitc
     for (std::ptrdiff_t i = 0; i < apertures.size(); ++i) look = std::max(look, apertures.samples_per_look(i));
     const std::vector<double> variance = step_variance(steps, look);
     for (const detail::SegmentSpan& span : detail::segment_spans(apertures, stitching.segment, stitching.segments)) {
+        const double before = mean_step(steps, span.covered_begin + 1, span.covered_begin + 1 + end_samples(span));
+        const double behind = mean_step(steps, span.covered_end - end_samples(span), span.covered_end);
+        for (std::ptrdiff_t k = span.begin; k < span.covered_begin; ++k)
+            out.phase[at(k)] = before * static_cast<double>(k - span.covered_begin);
         double phase = 0.0;
         for (std::ptrdiff_t k = span.covered_begin + 1; k < span.end; ++k) {
-            if (k < span.covered_end && steps.magnitude[at(k)] > 0.0) phase += std::arg(steps.sum[at(k)]);
+            phase += k >= span.covered_end ? behind : steps.magnitude[at(k)] > 0.0 ? std::arg(steps.sum[at(k)]) : 0.0;
             out.phase[at(k)] = phase;
         }
         random_walk_deviation(variance, span, out.phase_std);

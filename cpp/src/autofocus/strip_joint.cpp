@@ -23,7 +23,7 @@ using Index = Eigen::Index;
 
 constexpr int inner_steps = 2;                   // Gauss-Newton steps between two looks at the samples
 constexpr std::ptrdiff_t deviation_knots = 512;  // at most about so many knots get a posterior deviation; between them it is interpolated
-constexpr double clean = 1e-4;                   // no line is believed to have less noise than this share of its signal in a knot
+constexpr double clean = 1e-3;                   // no line is believed to have less noise than this share of its signal in a knot
 
 // A point's line, averaged over the knots it reaches, with the current phase and linear term taken out.
 struct BinnedLine {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <mutex>
+#include <utility>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/constants.hpp>
@@ -30,16 +32,6 @@ std::vector<cdouble> averaged(const std::vector<cdouble>& signal, std::ptrdiff_t
     return out;
 }
 
-// Transforms of the few lengths that apertures have, planned once.
-const fft::Plan<double>& forward_plan(std::ptrdiff_t length) {
-    thread_local std::map<std::ptrdiff_t, fft::Plan<double>> plans;
-    constexpr std::size_t most = 64;
-    const auto known = plans.find(length);
-    if (known != plans.end()) return known->second;
-    if (plans.size() >= most) plans.clear();
-    return plans.emplace(length, fft::Plan<double>(length, fft::Direction::forward)).first->second;
-}
-
 // One Newton step up |sum z exp(-j slope x)|^2, at most half a cell of the periodogram.
 double newton_step(const std::vector<cdouble>& z, double slope, double middle) {
     Ramp ramp(-slope, -middle);
@@ -61,6 +53,19 @@ double newton_step(const std::vector<cdouble>& z, double slope, double middle) {
 
 }  // namespace
 
+std::ptrdiff_t plan_length(std::ptrdiff_t n) {
+    std::ptrdiff_t out = 64;
+    while (out < n) out *= 2;
+    return out;
+}
+
+const fft::Plan<double>& kept_plan(std::ptrdiff_t length, fft::Direction direction) {
+    static std::mutex lock;
+    static std::map<std::pair<std::ptrdiff_t, fft::Direction>, fft::Plan<double>> plans;
+    const std::lock_guard<std::mutex> guard(lock);
+    return plans.try_emplace({length, direction}, length, direction).first->second;
+}
+
 Tone strongest_tone(const std::vector<cdouble>& signal, double limit) {
     Tone out;
     const auto n = static_cast<std::ptrdiff_t>(signal.size());
@@ -71,11 +76,10 @@ Tone strongest_tone(const std::vector<cdouble>& signal, double limit) {
         std::clamp<std::ptrdiff_t>(std::min(n / longest_tone, static_cast<std::ptrdiff_t>(0.25 * pi / limit)), 1, n);
     const std::vector<cdouble> z = averaged(signal, factor);
 
-    std::ptrdiff_t length = 64;  // powers of two: few lengths, few plans
-    while (length < 3 * static_cast<std::ptrdiff_t>(z.size())) length *= 2;
+    const std::ptrdiff_t length = plan_length(3 * static_cast<std::ptrdiff_t>(z.size()));
     Array<cdouble, 1> spectrum({length});
     std::copy(z.begin(), z.end(), spectrum.data());
-    forward_plan(length).execute(spectrum.data());
+    kept_plan(length, fft::Direction::forward).execute(spectrum.data());
     const double step = two_pi / static_cast<double>(length);
     const auto reach = std::min(static_cast<std::ptrdiff_t>(limit * static_cast<double>(factor) / step), length / 2 - 1);
     std::ptrdiff_t peak = 0;
@@ -110,6 +114,13 @@ std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n,
 
 double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels) {
     return std::min(two_pi * apertures.fm_rate[at(n)] * pixels, pi);
+}
+
+std::vector<double> imaged_before(const Apertures& apertures) {
+    std::vector<double> out(at(apertures.size()));
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
+        out[at(n)] = apertures.shift(n, strongest_tone(whitened_line(apertures, n, {}, 0.0), slope_of(apertures, n, apertures.window)).slope);
+    return out;
 }
 
 void unwrap(std::vector<double>& phase, std::ptrdiff_t begin, std::ptrdiff_t end) {

@@ -30,6 +30,12 @@ private:
     cdouble step_;
 };
 
+/// The next power of two from 64: apertures have many lengths, their transforms few.
+[[nodiscard]] std::ptrdiff_t plan_length(std::ptrdiff_t n);
+
+/// Transform of such a length, planned once in a process and kept.
+[[nodiscard]] const fft::Plan<double>& kept_plan(std::ptrdiff_t length, fft::Direction direction);
+
 /// The strongest tone of a signal.
 struct Tone {
     double slope = 0.0;      ///< rad a sample
@@ -47,6 +53,9 @@ struct Tone {
 
 /// Slope limit within which a point's tone is looked for: displacements up to `pixels`.
 [[nodiscard]] double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels);
+
+/// Where every point is imaged, azimuth pixels from where its aperture was cut: by its strongest tone.
+[[nodiscard]] std::vector<double> imaged_before(const Apertures& apertures);
 
 /// A phase of every sample, turned so that neighbours differ by less than pi.
 void unwrap(std::vector<double>& phase, std::ptrdiff_t begin, std::ptrdiff_t end);

@@ -17,14 +17,6 @@
 namespace sarfocus::autofocus::detail {
 namespace {
 
-// Where point n is imaged, pixels from where it was detected: before the correction by its own strongest tone, after it by what is left.
-std::vector<double> imaged_before(const Apertures& a) {
-    std::vector<double> out(at(a.size()));
-    for (std::ptrdiff_t n = 0; n < a.size(); ++n)
-        out[at(n)] = a.shift(n, strongest_tone(whitened_line(a, n, {}, 0.0), slope_of(a, n, a.window)).slope);
-    return out;
-}
-
 // The slope to take from point n's line so that it moves by one pixel.
 double slope_of_pixel(const Apertures& a, std::ptrdiff_t n) {
     return two_pi * a.fm_rate[at(n)];
@@ -74,7 +66,9 @@ double gauge_slope(const Apertures& a, const SpgaLinearOptions& options, const S
     }
     for (std::ptrdiff_t n = 0; n < a.size(); ++n) {
         if (phase.segment[at(n)] != segment) continue;
-        fit.add(after[at(n)] - before[at(n)], slope_of_pixel(a, n), options.gauge == Gauge::first_point ? 1.0 : phase.information[at(n)]);
+        // All alike, but for those that tell next to nothing: a few very bright points are not the scene.
+        const double weight = std::min(100.0 * phase.information[at(n)] * static_cast<double>(a.size()), 1.0);
+        fit.add(after[at(n)] - before[at(n)], slope_of_pixel(a, n), options.gauge == Gauge::first_point ? 1.0 : weight);
         if (options.gauge == Gauge::first_point) break;
     }
     return fit.slope();
@@ -179,14 +173,19 @@ void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& g
         }
     }
     result.phase_error = result.estimate;
-    result.status = coverage_status(result);
+    result.status = coverage_status(result, geometry);
 }
 
-Status coverage_status(const Result& result) {
+Status coverage_status(const Result& result, const geometry::StripmapGeometry& geometry) {
     const std::vector<double>& coverage = result.strip.coverage;
-    const bool whole = std::all_of(coverage.begin(), coverage.end(), [](double c) { return c > 0.0; });
+    const auto reached = [](double c) { return c > 0.0; };
+    const auto first = std::find_if(coverage.begin(), coverage.end(), reached);
+    const auto last = std::find_if(coverage.rbegin(), coverage.rend(), reached).base();
+    const double end = 0.5 * geometry.aperture_samples(geometry.slant_range.size() / 2);
+    const bool ends = static_cast<double>(first - coverage.begin()) <= end && static_cast<double>(coverage.end() - last) <= end;
+    const bool whole = first < last && std::all_of(first, last, reached);
     const int blocks = std::max(static_cast<int>(result.strip.block_centre.size()), 1);
-    return whole && result.strip.segments <= blocks ? Status::converged : Status::gaps;
+    return ends && whole && result.strip.segments <= blocks ? Status::converged : Status::gaps;
 }
 
 void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected,

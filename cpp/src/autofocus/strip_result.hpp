@@ -21,8 +21,9 @@ void append_details(const Apertures& apertures, const Stitching& stitching, cons
 /// Copies an image; does nothing where both are the same memory.
 void copy_image(const ImageView& from, const MutableImageView& to, const Execution& execution);
 
-/// The status of an applied correction, from where apertures reach.
-[[nodiscard]] Status coverage_status(const Result& result);
+/// The status of an applied correction: converged where the apertures hang together and reach from one end of the strip to the other but
+/// for half an aperture, beyond which the phase goes on as a line.
+[[nodiscard]] Status coverage_status(const Result& result, const geometry::StripmapGeometry& geometry);
 
 /// Corrects the image, keeps the correction where the entropy of the whole image falls (or `judge` is false), hands the input back
 /// otherwise. Sets phase_error, status and the entropies of the score.

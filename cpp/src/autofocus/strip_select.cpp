@@ -159,13 +159,15 @@ bool by_energy(const StripPoint& a, const StripPoint& b) {
 std::vector<StripPoint> without_side_lobes(std::vector<StripPoint> points, double aperture, double window, double dynamic_range_db) {
     std::sort(points.begin(), points.end(), by_energy);
     const double share = std::pow(10.0, -0.1 * dynamic_range_db);
+    const double far_share = 0.1 * share;  // side lobes of an unweighted response fall by 10 dB from a few cells to some tens
     std::vector<StripPoint> out;
     for (const StripPoint& p : points) {
         const bool stands = std::none_of(out.begin(), out.end(), [&](const StripPoint& kept) {
             const auto azimuth = static_cast<double>(std::abs(p.azimuth - kept.azimuth));
             const auto range = std::abs(p.range - kept.range);
             const bool same = range <= 3 && azimuth <= window;
-            return same || (range <= 16 && azimuth <= 0.5 * aperture && p.energy < share * kept.energy);
+            const bool near = range <= 16 && azimuth <= 0.5 * aperture;
+            return same || (near && p.energy < share * kept.energy) || (range <= 3 && p.energy < far_share * kept.energy);
         });
         if (stands) out.push_back(p);
     }

@@ -75,7 +75,7 @@ def extract(
     points: NDArray[np.void],
     *,
     window: int = 0,
-    taper: float = 0.25,
+    taper: float = 0.3,
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> Apertures: ...
@@ -141,7 +141,7 @@ def spga_linear(
     false_alarm_probability: float = 1e-06,
     maximum_contrast: float = 0.25,
     window: int = 0,
-    taper: float = 0.25,
+    taper: float = 0.3,
     width: int = 32,
     do_no_harm: bool = True,
     out: NDArray[np.complex64] | None = None,

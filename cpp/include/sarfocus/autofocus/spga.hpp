@@ -18,7 +18,7 @@ enum class Matching {
 
 /// What is taken for the one linear phase that the data leave open [methods 0].
 enum class Gauge {
-    zero_mean_shift,  ///< the points are not moved on average, weighted by what they tell
+    zero_mean_shift,  ///< the points are not moved on average, all alike but for those that tell next to nothing
     first_point,      ///< the first point in azimuth is not moved
     tie_points        ///< points at known positions come to lie there
 };
@@ -54,8 +54,8 @@ struct SpgaLinearOptions {
 /// time that all range gates (of a block) share. corrected: the same shape, written; may be `image` itself, must not overlap it otherwise.
 /// phase_error is over the slow time of azimuth_decompress(image): corrected = compress(decompress(image) * exp(-j phase_error)).
 ///
-/// Status: gaps where some azimuth lines have no aperture or the apertures fall into several segments, whose relative position then is not
-/// known. Decision (do_no_harm): the phase from the other points must raise a point's peak, on average over the points that others reach,
+/// Status: gaps where the apertures fall into several segments, whose relative position then is not known, leave azimuth lines between them
+/// out, or end more than half an aperture before the strip does; phase_std is nan where none reaches. Decision (do_no_harm): the phase from the other points must raise a point's peak, on average over the points that others reach,
 /// by more than three times what chance gives; the entropy of the whole image must fall. Points that no other reaches must be steady in
 /// themselves. Throws ShapeError, ValueError (geometry beyond small squint; tie points that match no point), NumericalError (NaN, all
 /// zero), MemoryEstimateError, Cancelled.

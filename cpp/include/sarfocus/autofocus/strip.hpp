@@ -38,7 +38,8 @@ struct StripSelectOptions {
     double maximum_contrast = 0.25;  ///< Q_k above which a candidate goes: 0 for an ideal point, 0.215 for speckle, more for what is uneven
     int points = 0;                  ///< at most so many; 0: the smaller of K_up [Xie2023, eq. 25] and `points_per_aperture`
     int points_per_aperture = 24;    ///< the phase of more of them is known well enough
-    double dynamic_range_db = 30.0;  ///< a candidate so far below the strongest within half an aperture and 16 gates is its side lobe
+    /// A candidate so far below the strongest within half an aperture and 16 gates is its side lobe; 10 dB more in the gate itself, anywhere.
+    double dynamic_range_db = 30.0;
     int window = 0;                  ///< half width of the piece of image cut for Q_k, pixels; 0: as `extract`
     Execution execution;
 
@@ -56,7 +57,7 @@ struct StripExtractOptions {
     int window = 0;
     /// Share of half the Doppler band over which the spectrum is tapered at either end. It rounds the ends of the decompressed signal,
     /// whose Fresnel ripple would otherwise be taken for phase error where a point is displaced.
-    double taper = 0.25;
+    double taper = 0.3;
     Execution execution;
 
     SARFOCUS_API void validate() const;
