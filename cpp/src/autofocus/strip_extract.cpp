@@ -118,6 +118,28 @@ double power_of_the_middle(const cfloat* ideal, std::ptrdiff_t length, double ap
     return sum / static_cast<double>(2 * reach + 1);
 }
 
+// Power of an ideal point over that of clutter, 1 where the aperture is even. Clutter of the piece has the apertures of its own pixels: its
+// power is that of the ideal point, averaged over the window.
+std::vector<double> signal_to_noise(const cfloat* ideal, std::ptrdiff_t length, double window) {
+    const auto reach = static_cast<std::ptrdiff_t>(std::ceil(window));
+    std::vector<double> shape;
+    double sum = 0.0;
+    for (std::ptrdiff_t i = -reach; i <= reach; ++i) {
+        const double w = edge(std::abs(static_cast<double>(i)) / window, 0.25);
+        shape.push_back(w * w);
+        sum += w * w;
+    }
+    std::vector<double> out(at(length));
+    for (std::ptrdiff_t k = 0; k < length; ++k) {
+        double noise = 0.0;
+        for (std::ptrdiff_t i = -reach; i <= reach; ++i)
+            if (k + i >= 0 && k + i < length) noise += shape[at(i + reach)] * std::norm(cdouble(ideal[k + i]));
+        const double signal = std::norm(cdouble(ideal[k]));
+        out[at(k)] = noise > 0.0 ? signal * sum / noise : 0.0;
+    }
+    return out;
+}
+
 }  // namespace
 
 namespace detail {
@@ -194,6 +216,7 @@ Apertures extract_apertures(const ImageView& image, const StripmapGeometry& geom
         decompressor.ideal_point(ideal.data(), rate);
         const double middle = power_of_the_middle(ideal.data(), length, geometry.aperture_samples(at(point.range)));
         const Reach reach = reach_of(ideal.data(), middle, length, point, out.n_azimuth);
+        const std::vector<double> weight = signal_to_noise(ideal.data(), length, out.window);
         out.start[at(i)] = point.azimuth + reach.begin;
         out.count[at(i)] = std::min(reach.end - reach.begin, sample_limit);
         for (std::ptrdiff_t k = 0; k < out.count[at(i)]; ++k) {
@@ -204,9 +227,8 @@ Apertures extract_apertures(const ImageView& image, const StripmapGeometry& geom
                                      std::to_string(std::lround(out.window)) + " azimuth pixels of [" + std::to_string(point.azimuth) +
                                      ", " + std::to_string(point.range) + "]");
             out.lines(i, k) = value;
-            out.weight(i, k) = static_cast<float>(std::norm(expected) / middle);
+            out.weight(i, k) = static_cast<float>(weight[at(length / 2 + reach.begin + k)]);
         }
-        // Middle power 1 for a point whose peak is 1 after compression.
         out.points[at(i)].contrast = aperture_contrast(out, i);
     });
     return out;

@@ -184,14 +184,21 @@ private:
             weights += line.weight[m];
         }
         line.amplitude = weights > 0.0 ? sum / weights : cdouble{};
+        // The common phase follows the noise a little and takes it out of the residual, but not out of its part along the signal.
+        const cdouble back = line.amplitude != cdouble{} ? std::conj(line.amplitude) / std::abs(line.amplitude) : cdouble{1.0, 0.0};
         double noise = 0.0;
-        double freedom = -2.0;  // constant and slope
+        double along = 0.0;
+        double count = 0.0;
         for (std::size_t m = 0; m < line.sum.size(); ++m) {
             if (line.weight[m] < 0.05 * knot_) continue;
-            noise += std::norm(turned[m] - line.amplitude * line.weight[m]) / line.weight[m];
-            freedom += 1.0;
+            const cdouble residual = back * turned[m] - std::abs(line.amplitude) * line.weight[m];
+            noise += std::norm(residual) / line.weight[m];
+            along += 2.0 * residual.real() * residual.real() / line.weight[m];
+            count += 1.0;
         }
-        line.noise = std::max(noise / std::max(freedom, 1.0), clean * std::norm(line.amplitude));
+        noise /= std::max(count - 1.5, 1.0);  // amplitude, constant and slope: three real unknowns
+        along /= std::max(count - 1.0, 1.0);
+        line.noise = std::max({noise, along, clean * std::norm(line.amplitude)});
     }
 
     // The normal equations of the likelihood: information and score of knots and of constant and slope of every point.

@@ -119,7 +119,8 @@ double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels) {
 std::vector<double> imaged_before(const Apertures& apertures) {
     std::vector<double> out(at(apertures.size()));
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
-        out[at(n)] = apertures.shift(n, strongest_tone(whitened_line(apertures, n, {}, 0.0), slope_of(apertures, n, apertures.window)).slope);
+        out[at(n)] =
+            apertures.shift(n, strongest_tone(whitened_line(apertures, n, {}, 0.0), slope_of(apertures, n, apertures.window)).slope);
     return out;
 }
 

@@ -38,9 +38,10 @@ struct StripSelectOptions {
     double maximum_contrast = 0.25;  ///< Q_k above which a candidate goes: 0 for an ideal point, 0.215 for speckle, more for what is uneven
     int points = 0;                  ///< at most so many; 0: the smaller of K_up [Xie2023, eq. 25] and `points_per_aperture`
     int points_per_aperture = 24;    ///< the phase of more of them is known well enough
-    /// A candidate so far below the strongest within half an aperture and 16 gates is its side lobe; 10 dB more in the gate itself, anywhere.
+    /// A candidate so far below the strongest within half an aperture and 16 gates is its side lobe; 10 dB more in the gate itself,
+    /// anywhere.
     double dynamic_range_db = 30.0;
-    int window = 0;                  ///< half width of the piece of image cut for Q_k, pixels; 0: as `extract`
+    int window = 0;  ///< half width of the piece of image cut for Q_k, pixels; 0: as `extract`
     Execution execution;
 
     SARFOCUS_API void validate() const;
