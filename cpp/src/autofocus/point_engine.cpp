@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -11,6 +10,7 @@
 #include <sarfocus/fft/plan.hpp>
 
 #include "score.hpp"
+#include "stopwatch.hpp"
 #include "strong_points.hpp"
 
 namespace sarfocus::autofocus::detail {
@@ -117,26 +117,6 @@ std::vector<double> peak_powers(const Array<cfloat, 2>& lines, const Phase& phas
     });
     return out;
 }
-
-class Stopwatch {
-public:
-    explicit Stopwatch(std::vector<Timing>& timings) : timings_(timings) {}
-    void lap(const char* phase) {
-        const auto now = std::chrono::steady_clock::now();
-        const double seconds = std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-        for (Timing& t : timings_)
-            if (t.phase == phase) {
-                t.seconds += seconds;
-                return;
-            }
-        timings_.push_back({phase, seconds});
-    }
-
-private:
-    std::vector<Timing>& timings_;
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // Histories that the fine estimate rests on, with what is needed to judge it.
 struct FineLines {
