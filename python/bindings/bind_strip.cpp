@@ -287,7 +287,7 @@ void bind_steps(py::module_& m) {
           py::arg("maximum_contrast") = select.maximum_contrast, py::arg("window") = select.window, py::arg("threads") = 0,
           py::arg("progress") = py::none(), R"(Strong points of a defocused strip, spread evenly along azimuth [Xie2023, section 3.1].
 
-Candidates are boxes of 1, 4, 16 and 64 azimuth pixels whose energy stands out of the clutter in a 2-D CFAR test; those whose
+Candidates are boxes of 1, 4, 16, 64 and 256 azimuth pixels whose energy stands out of the clutter in a 2-D CFAR test; those whose
 decompressed signal is uneven (contrast Q_k, eq. 5) go.
 
 Parameters
@@ -302,7 +302,7 @@ false_alarm_probability : float
 maximum_contrast : float
     Q_k above which a candidate goes: 0 for an ideal point, 0.215 for speckle.
 window : int
-    Half width of the piece of image cut for Q_k, pixels; 0: a twelfth of the aperture, at least 32.
+    Half width of the piece of image cut for Q_k, pixels; 0: what holds the points, at least a twelfth of the aperture.
 threads, progress
     As everywhere.
 
@@ -324,7 +324,7 @@ image : complex64 [n_azimuth, n_range]
 geometry : StripmapGeometry
 points : structured array (point_dtype)
 window : int
-    Half width of the piece cut round every point, pixels; 0: a twelfth of the aperture, at least 32.
+    Half width of the piece cut round every point, pixels; 0: what holds the points, at least a twelfth of the aperture.
 taper : float
     Share of half the Doppler band over which the spectrum is rounded off at either end.
 threads, progress

@@ -48,7 +48,8 @@ Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const Sp
     select.execution = options.execution;
     StripExtractOptions extract = options.extract;
     extract.execution = options.execution;
-    extract.window = std::max(static_cast<int>(std::lround(share * detail::extraction_window(geometry, options.extract.window))), 4);
+    extract.window = std::max(
+        static_cast<int>(std::lround(share * (options.extract.window > 0 ? options.extract.window : detail::narrow_window(geometry)))), 4);
     select.window = extract.window;
     const std::vector<StripPoint> points = select_strip_points(image, geometry, select);
     clock.lap("select");

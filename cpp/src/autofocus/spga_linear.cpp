@@ -87,6 +87,7 @@ Block run_block(const ImageView& image, const StripmapGeometry& geometry, const 
     if (points.empty()) return out;
     StripExtractOptions extract = options.extract;
     extract.execution = options.execution;
+    if (extract.window == 0) extract.window = containing_window(image, geometry, points);
     out.apertures = extract_apertures(image, geometry, points, extract);
     clock.lap("extract");
     std::vector<Seam> seams = match(out.apertures, options);

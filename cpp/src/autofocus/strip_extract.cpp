@@ -95,6 +95,32 @@ void cut(const ImageView& image, const StripPoint& point, double window, std::pt
     }
 }
 
+// Sum of intensity over 2 reach + 1 pixels, as far as the strip goes, less the clutter's share.
+double energy_within(const ImageView& image, const StripPoint& point, std::ptrdiff_t reach, double clutter) {
+    double sum = 0.0;
+    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(point.azimuth - reach, 0); i < std::min(point.azimuth + reach + 1, image.extent(0));
+         ++i)
+        sum += std::norm(cdouble(image(i, point.range))) - clutter;
+    return sum;
+}
+
+// Clutter power of the point's gate: the median over pieces of 64 pixels within three times the reach.
+double clutter_beyond(const ImageView& image, const StripPoint& point, std::ptrdiff_t reach) {
+    constexpr std::ptrdiff_t piece = 64;
+    std::vector<double> means;
+    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(point.azimuth - 3 * reach, 0);
+    const std::ptrdiff_t last = std::min(point.azimuth + 3 * reach, image.extent(0));
+    for (std::ptrdiff_t begin = first; begin + piece <= last; begin += piece) {
+        double sum = 0.0;
+        for (std::ptrdiff_t i = begin; i < begin + piece; ++i) sum += std::norm(cdouble(image(i, point.range)));
+        means.push_back(sum / static_cast<double>(piece));
+    }
+    if (means.empty()) return 0.0;
+    const auto middle = means.begin() + static_cast<std::ptrdiff_t>(means.size() / 2);
+    std::nth_element(means.begin(), middle, means.end());
+    return *middle;
+}
+
 struct Reach {
     std::ptrdiff_t begin = 0;  // samples from the point
     std::ptrdiff_t end = 0;
@@ -144,9 +170,8 @@ std::vector<double> signal_to_noise(const cfloat* ideal, std::ptrdiff_t length, 
 
 namespace detail {
 
-double extraction_window(const StripmapGeometry& geometry, int window) {
-    const double aperture = geometry.aperture_samples(geometry.slant_range.size() / 2);
-    return window > 0 ? static_cast<double>(window) : std::max(std::round(aperture / 12.0), 32.0);
+int narrow_window(const StripmapGeometry& geometry) {
+    return static_cast<int>(std::max(std::round(geometry.aperture_samples(geometry.slant_range.size() / 2) / 12.0), 32.0));
 }
 
 void require_strip_image(const ImageView& image, const StripmapGeometry& geometry) {
@@ -171,9 +196,28 @@ void require_strip_image(const ImageView& image, const StripmapGeometry& geometr
 }  // namespace detail
 
 void StripExtractOptions::validate() const {
-    if (window < 0) throw ValueError("window", "0 (a twelfth of the aperture) or a number of pixels", std::to_string(window));
+    if (window < 0) throw ValueError("window", "0 (what holds the points) or a number of pixels", std::to_string(window));
     if (!(taper >= 0.0 && taper <= 1.0)) throw ValueError("taper", "a share from 0 to 1", number_text(taper));
     (void)resolve_threads(execution.threads);
+}
+
+int containing_window(const ImageView& image, const StripmapGeometry& geometry, const std::vector<StripPoint>& points) {
+    detail::require_strip_image(image, geometry);
+    require_points(points, image);
+    int window = detail::narrow_window(geometry);
+    constexpr int doublings = 3;
+    const double aperture = geometry.aperture_samples(geometry.slant_range.size() / 2);
+    for (int i = 0; i < doublings && 4.0 * window < aperture; ++i, window *= 2) {
+        std::size_t spilled = 0;
+        for (const StripPoint& p : points) {
+            const double clutter = clutter_beyond(image, p, 4 * window);
+            const double inside = energy_within(image, p, window, clutter);
+            const double around = energy_within(image, p, 2 * window, clutter);
+            if (inside < 0.94 * around) ++spilled;
+        }
+        if (2 * spilled <= points.size()) break;
+    }
+    return window;
 }
 
 Apertures extract_apertures(const ImageView& image, const StripmapGeometry& geometry, const std::vector<StripPoint>& points,
@@ -187,7 +231,7 @@ Apertures extract_apertures(const ImageView& image, const StripmapGeometry& geom
         return a.azimuth != b.azimuth ? a.azimuth < b.azimuth : a.range < b.range;
     });
     out.n_azimuth = image.extent(0);
-    out.window = detail::extraction_window(geometry, options.window);
+    out.window = options.window > 0 ? options.window : containing_window(image, geometry, out.points);
     out.taper = options.taper;
     double longest = 0.0;
     for (const StripPoint& p : out.points) {

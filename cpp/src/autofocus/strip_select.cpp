@@ -215,7 +215,7 @@ void StripSelectOptions::validate() const {
     if (points < 0) throw ValueError("points", "0 (as many as are worth it) or a positive number", std::to_string(points));
     if (points_per_aperture < 1) throw ValueError("points_per_aperture", "at least 1", std::to_string(points_per_aperture));
     require_positive(dynamic_range_db, "dynamic_range_db");
-    if (window < 0) throw ValueError("window", "0 (a twelfth of the aperture) or a number of pixels", std::to_string(window));
+    if (window < 0) throw ValueError("window", "0 (what holds the points) or a number of pixels", std::to_string(window));
     (void)resolve_threads(execution.threads);
 }
 
@@ -223,7 +223,7 @@ std::vector<StripPoint> select_strip_points(const ImageView& image, const Stripm
     options.validate();
     detail::require_strip_image(image, geometry);
     const double aperture = geometry.aperture_samples(geometry.slant_range.size() / 2);
-    const double window = detail::extraction_window(geometry, options.window);
+    const double apart = options.window > 0 ? options.window : detail::narrow_window(geometry);
     const Sections sections(image.extent(0), aperture);
     const std::ptrdiff_t wanted = wanted_points(image, aperture, options);
 
@@ -233,7 +233,7 @@ std::vector<StripPoint> select_strip_points(const ImageView& image, const Stripm
         if (section.size() > per_section) section.resize(per_section);
         points.insert(points.end(), section.begin(), section.end());
     }
-    points = without_side_lobes(std::move(points), aperture, window, options.dynamic_range_db);
+    points = without_side_lobes(std::move(points), aperture, apart, options.dynamic_range_db);
     std::vector<char> detected(points.size(), 0);
     parallel_for(options.execution, "cfar", static_cast<std::int64_t>(points.size()),
                  [&](std::int64_t i) { detected[at(i)] = stands_out(image, points[at(i)], geometry, options.cfar) ? 1 : 0; });

@@ -5,8 +5,8 @@
 
 namespace sarfocus::autofocus::detail {
 
-/// Half width of the piece of image cut round a point, pixels: `window`, or a twelfth of the aperture of the middle gate where it is 0.
-[[nodiscard]] double extraction_window(const geometry::StripmapGeometry& geometry, int window);
+/// Half width, azimuth pixels, of a piece of image that holds a moderately defocused point: a twelfth of the aperture of the middle gate.
+[[nodiscard]] int narrow_window(const geometry::StripmapGeometry& geometry);
 
 /// Throws ShapeError or ValueError unless the strip is one that the stripmap methods bear: a column for every slant range, small squint,
 /// apertures of some length.
