@@ -150,14 +150,15 @@ std::vector<std::vector<StripPoint>> candidates_of(const ImageView& image, const
     return out;
 }
 
-bool by_energy(const StripPoint& a, const StripPoint& b) {
-    if (a.energy != b.energy) return a.energy > b.energy;
+bool by_statistic(const StripPoint& a, const StripPoint& b) {
+    if (a.statistic != b.statistic) return a.statistic > b.statistic;
     return a.azimuth != b.azimuth ? a.azimuth < b.azimuth : a.range < b.range;
 }
 
-// From the strongest downwards: what lies too near to one that is kept is its side lobe, or another box round the same scatterer.
+// From the most striking downwards (by energy alone, a longer box with some clutter would always win over the one that fits): what lies
+// too near to one that is kept is its side lobe, or another box round the same scatterer.
 std::vector<StripPoint> without_side_lobes(std::vector<StripPoint> points, double aperture, double window, double dynamic_range_db) {
-    std::sort(points.begin(), points.end(), by_energy);
+    std::sort(points.begin(), points.end(), by_statistic);
     const double share = std::pow(10.0, -0.1 * dynamic_range_db);
     const double far_share = 0.1 * share;  // side lobes of an unweighted response fall by 10 dB from a few cells to some tens
     std::vector<StripPoint> out;
@@ -246,10 +247,17 @@ std::vector<StripPoint> select_strip_points(const ImageView& image, const Stripm
     extraction.window = options.window;
     extraction.execution = options.execution;
     // The most striking ones are enough to choose from; their signals are what takes memory.
-    std::sort(kept.begin(), kept.end(), by_energy);
+    std::sort(kept.begin(), kept.end(), by_statistic);
     const auto tested = at(3 * wanted);
     if (kept.size() > tested) kept.resize(tested);
-    const Apertures apertures = extract_apertures(image, geometry, kept, extraction);
+    Apertures apertures = extract_apertures(image, geometry, kept, extraction);
+    // The middle of a box may lie beside the point: to where it is brightest, once.
+    const std::vector<double> brightest = detail::imaged_before(apertures);
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) {
+        std::int64_t& azimuth = apertures.points[at(n)].azimuth;
+        azimuth = std::clamp<std::int64_t>(azimuth + std::lround(brightest[at(n)]), 0, image.extent(0) - 1);
+    }
+    apertures.points = without_side_lobes(std::move(apertures.points), aperture, apart, options.dynamic_range_db);
     std::vector<detect::Point> spread;
     for (const StripPoint& p : apertures.points)
         if (p.contrast <= options.maximum_contrast) spread.push_back({p.azimuth, p.range, p.energy, p.contrast});

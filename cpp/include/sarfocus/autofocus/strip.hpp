@@ -22,7 +22,7 @@ namespace sarfocus::autofocus {
 
 /// A strong point of a defocused strip, as detected.
 struct StripPoint {
-    std::int64_t azimuth = 0;                                    ///< pixel: middle of its energy
+    std::int64_t azimuth = 0;                                    ///< pixel where it is brightest
     std::int64_t range = 0;                                      ///< gate
     std::int64_t extent = 1;                                     ///< pixels of azimuth over which its energy was collected
     double energy = 0.0;                                         ///< sum of intensity over the extent, less the clutter's share
