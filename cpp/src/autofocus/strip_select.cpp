@@ -166,7 +166,7 @@ std::vector<StripPoint> without_side_lobes(std::vector<StripPoint> points, doubl
         const bool stands = std::none_of(out.begin(), out.end(), [&](const StripPoint& kept) {
             const auto azimuth = static_cast<double>(std::abs(p.azimuth - kept.azimuth));
             const auto range = std::abs(p.range - kept.range);
-            const bool same = range <= 3 && azimuth <= window;
+            const bool same = range <= 3 && azimuth <= std::max(window, 0.5 * static_cast<double>(p.extent));
             const bool near = range <= 16 && azimuth <= 0.5 * aperture;
             return same || (near && p.energy < share * kept.energy) || (range <= 3 && p.energy < far_share * kept.energy);
         });
