@@ -1,5 +1,6 @@
 #include <sarfocus/detect/cfar.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -61,6 +62,79 @@ TEST(CfarFactors, HoldTheirEquations) {
     // Many cells: all tend to the factor of a known clutter power, -ln p (the ordered one over the quantile, -ln(1 - k/N)).
     EXPECT_NEAR(greatest_of_factor(20000, 20000, 1e-6), -std::log(1e-6), 0.15);
     EXPECT_NEAR(ordered_statistic_factor(100000, 75000, 1e-6), -std::log(1e-6) / std::log(4.0), 0.01);
+}
+
+/// P(x > mu y) for x, y means of `looks` and looks * cells unit exponentials (gamma distributions), by quadrature over t = ln(x / y), whose
+/// density is that of a logistic variable raised to powers.
+double multi_look_rate(double looks, double cells, double mu) {
+    const double a = looks;
+    const double b = looks * cells;
+    const double log_beta = std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b);
+    const double step = 1e-3;
+    double sum = 0.0;
+    for (double t = std::log(mu) + 0.5 * step; t < 60.0; t += step) {
+        const double z = t - std::log(cells);  // x / y = (X / a) / (Y / b), X / Y = exp(z)
+        const double log_density = a * z - (a + b) * (z > 0.0 ? z + std::log1p(std::exp(-z)) : std::log1p(std::exp(z))) - log_beta;
+        sum += std::exp(log_density) * step;
+    }
+    return sum;
+}
+
+TEST(CfarFactors, MultiLookIsTheQuantileOfF) {
+    // The quadrature itself, against the closed form of one look and quantiles of F of 2 looks and 2 looks cells degrees of freedom
+    // (scipy.stats.f.isf).
+    EXPECT_NEAR(multi_look_rate(1.0, 16.0, cell_averaging_factor(16, 1e-4)) / 1e-4, 1.0, 1e-5);
+    EXPECT_NEAR(multi_look_rate(1.5, 16.0, 14.1218867) / 1e-6, 1.0, 1e-5);
+    EXPECT_NEAR(multi_look_rate(13.3, 100.0, 2.07596447) / 1e-3, 1.0, 1e-5);
+    EXPECT_NEAR(multi_look_rate(50.0, 4.0, 1.21426293) / 1e-1, 1.0, 1e-5);
+    // Within what the header says of the exact factor: the rate at a factor smaller by so much is too high, at a larger one too low.
+    for (const auto& [looks, error] :
+         {std::pair{1.0, 0.1}, std::pair{2.0, 0.06}, std::pair{4.0, 0.03}, std::pair{10.0, 0.015}, std::pair{64.0, 0.003}})
+        for (const std::ptrdiff_t cells : {8, 24, 100, 480})
+            for (const double p : {0.3, 1e-2, 1e-4, 1e-6}) {
+                const double mu = multi_look_factor(looks, cells, p);
+                EXPECT_LT(multi_look_rate(looks, static_cast<double>(cells), mu * (1.0 + error)), p) << looks << ' ' << cells << ' ' << p;
+                EXPECT_GT(multi_look_rate(looks, static_cast<double>(cells), mu / (1.0 + error)), p) << looks << ' ' << cells << ' ' << p;
+            }
+    // Few cells: on the safe side, and more of anything never needs a larger factor.
+    EXPECT_LT(multi_look_rate(1.0, 4.0, multi_look_factor(1.0, 4, 1e-4)), 1e-4);
+    EXPECT_TRUE(std::isinf(multi_look_factor(1.0, 1, 1e-6)));
+    for (const std::ptrdiff_t cells : {8, 100}) {
+        EXPECT_GT(multi_look_factor(2.0, cells, 1e-4), multi_look_factor(4.0, cells, 1e-4));
+        EXPECT_GT(multi_look_factor(2.0, cells, 1e-4), multi_look_factor(2.0, cells + 1, 1e-4));
+        EXPECT_GT(multi_look_factor(2.0, cells, 1e-5), multi_look_factor(2.0, cells, 1e-4));
+        EXPECT_LT(multi_look_factor(2.0, cells, 0.9), 1.0);
+    }
+    EXPECT_THROW((void)multi_look_factor(0.5, 8, 0.1), ValueError);
+    EXPECT_THROW((void)multi_look_factor(std::nan(""), 8, 0.1), ValueError);
+    EXPECT_THROW((void)multi_look_factor(2.0, 0, 0.1), ValueError);
+    EXPECT_THROW((void)multi_look_factor(2.0, 8, 1.0), ValueError);
+}
+
+TEST(Cfar, AveragedCellsKeepTheirFalseAlarmRate) {
+    // Cells that are means of four speckle intensities, as roots so that the test squares them back.
+    constexpr std::ptrdiff_t rows = 300;
+    constexpr std::ptrdiff_t columns = 200;
+    const Array<cfloat, 2> looks = speckle(4 * rows, columns, 21);
+    Array<cfloat, 2> image({rows, columns});
+    for (std::ptrdiff_t i = 0; i < rows; ++i)
+        for (std::ptrdiff_t j = 0; j < columns; ++j) {
+            float sum = 0.0F;
+            for (std::ptrdiff_t l = 0; l < 4; ++l) sum += std::norm(looks(4 * i + l, j));
+            image(i, j) = std::sqrt(0.25F * sum);
+        }
+    CfarOptions options;
+    options.looks = 4.0;
+    for (const double p : {1e-1, 1e-2}) {
+        options.false_alarm_probability = p;
+        const Array<bool, 2> mask = mask_of(image.view(), options);
+        const auto hits = static_cast<double>(std::count(mask.begin(), mask.end(), true));
+        const double expected = p * static_cast<double>(rows * columns);
+        // Five standard deviations, and the factor's own 1 % or so, which moves the rate by some 6 %.
+        EXPECT_NEAR(hits, expected, 5.0 * std::sqrt(expected) + 0.06 * expected) << p;
+    }
+    options.looks = 0.5;
+    EXPECT_THROW((void)mask_of(image.view(), options), ValueError);
 }
 
 TEST(CfarFactors, RefuseWhatHasNoFactor) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -160,6 +161,108 @@ TEST(Azimuth, RefusesHostileInput) {
     }
     std::fill(raw.begin(), raw.end(), cfloat(3e38f, 0.0f));
     EXPECT_THROW(azimuth_compress(ImageView(raw.view()), strip_geometry(4), image.view()), NumericalError);
+}
+
+Array<double, 2> phases(std::ptrdiff_t blocks, std::ptrdiff_t n) {
+    Array<double, 2> out({blocks, n});
+    for (std::ptrdiff_t b = 0; b < blocks; ++b)
+        for (std::ptrdiff_t k = 0; k < n; ++k)
+            out(b, k) = (3.0 + static_cast<double>(b)) * std::sin(0.05 * static_cast<double>(k * (b + 1))) + 40.0 * static_cast<double>(b);
+    return out;
+}
+
+TEST(AzimuthCorrect, IsDecompressionTheFactorAndCompression) {
+    for (const std::ptrdiff_t n : {1, 45, 521, 1200}) {
+        constexpr std::ptrdiff_t n_range = 19;
+        const auto geometry = strip_geometry(n_range, 77.0);
+        const Image image = pattern(n, n_range, 0.4);
+        const Array<double, 2> phase = phases(3, n);
+        const std::vector<double> centres = {2.5, 6.0, 15.0};
+        Image corrected({n, n_range}), expected({n, n_range});
+        azimuth_correct(image.view(), geometry, phase.view(), centres, corrected.view());
+        azimuth_decompress(image.view(), geometry, expected.view());
+        for (std::ptrdiff_t j = 0; j < n_range; ++j)
+            for (std::ptrdiff_t k = 0; k < n; ++k) {
+                const double g = std::clamp(static_cast<double>(j), 2.5, 15.0);
+                const std::ptrdiff_t b = g < 6.0 ? 0 : 1;
+                const double t = (g - centres[static_cast<std::size_t>(b)]) /
+                                 (centres[static_cast<std::size_t>(b) + 1] - centres[static_cast<std::size_t>(b)]);
+                expected(k, j) = cfloat(cdouble(expected(k, j)) * std::polar(1.0, -(1.0 - t) * phase(b, k) - t * phase(b + 1, k)));
+            }
+        azimuth_compress(ImageView(expected.view()), geometry, expected.view());
+        // Single precision, four transforms on either side: twice what the header allows a pair of them.
+        EXPECT_LT(difference(corrected, expected), 2e-6 * std::sqrt(inner(image, image).real())) << n;
+        EXPECT_NEAR(inner(corrected, corrected).real() / inner(image, image).real(), 1.0, 2e-6);
+
+        Array<double, 2> back({1, n});
+        const Array<double, 2> one = phases(1, n);
+        for (std::ptrdiff_t k = 0; k < n; ++k) back(0, k) = -one(0, k);
+        azimuth_correct(image.view(), geometry, one.view(), {0.0}, corrected.view());
+        azimuth_correct(ImageView(corrected.view()), geometry, std::as_const(back).view(), {7.0}, corrected.view());
+        EXPECT_LT(difference(corrected, image), 2e-6 * std::sqrt(inner(image, image).real())) << n;
+    }
+}
+
+TEST(AzimuthCorrect, BitsDependOnNeitherThreadsNorStridesNorPlace) {
+    constexpr std::ptrdiff_t n = 300, n_range = 70;
+    const auto geometry = strip_geometry(n_range, -150.0);
+    const Image image = pattern(n, n_range, 0.9);
+    const Array<double, 2> phase = phases(2, n);
+    const std::vector<double> centres = {10.0, 50.5};
+    Image reference({n, n_range});
+    AzimuthOptions options;
+    options.execution.threads = 1;
+    azimuth_correct(image.view(), geometry, phase.view(), centres, reference.view(), options);
+    Array<double, 2> wide({n, 3});
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+        wide(k, 0) = phase(0, k);
+        wide(k, 2) = phase(1, k);
+    }
+    const ArrayView<const double, 2> strided(wide.data(), {2, n}, {2, 3});
+    for (const int threads : {2, 3, 5}) {
+        options.execution.threads = threads;
+        Image turned({n_range, n});
+        const MutableImageView out(turned.data() + (n - 1), {n, n_range}, {-1, n});
+        azimuth_correct(image.view(), geometry, threads == 3 ? strided : ArrayView<const double, 2>(phase.view()), centres, out, options);
+        Image collected({n, n_range});
+        for (std::ptrdiff_t i = 0; i < n; ++i)
+            for (std::ptrdiff_t j = 0; j < n_range; ++j) collected(i, j) = out(i, j);
+        EXPECT_TRUE(same_bits(collected, reference)) << threads;
+    }
+    Image place = image.copy();
+    azimuth_correct(ImageView(place.view()), geometry, phase.view(), centres, place.view());
+    EXPECT_TRUE(same_bits(place, reference));
+}
+
+TEST(AzimuthCorrect, RefusesHostileInput) {
+    constexpr std::ptrdiff_t n = 32;
+    Image image = pattern(n, 4, 0.0), corrected({n, 4});
+    Array<double, 2> phase = phases(2, n);
+    const auto correct = [&](const ArrayView<const double, 2>& p, const std::vector<double>& centres) {
+        azimuth_correct(ImageView(image.view()), strip_geometry(4), p, centres, corrected.view());
+    };
+    const ArrayView<const double, 2> good = std::as_const(phase).view();
+    EXPECT_NO_THROW(correct(good, {-3.0, 9.0}));  // beyond the gates there are
+    EXPECT_THROW(correct(good, {1.0}), ShapeError);
+    EXPECT_THROW(correct(good.slice(1, 0, n - 1), {1.0, 2.0}), ShapeError);
+    EXPECT_THROW(correct(good.slice(0, 0, 0), {}), ShapeError);
+    EXPECT_THROW(correct(good, {2.0, 1.0}), ValueError);
+    EXPECT_THROW(correct(good, {1.0, 1.0}), ValueError);
+    EXPECT_THROW(correct(good, {1.0, std::numeric_limits<double>::quiet_NaN()}), std::exception);
+    phase(1, 5) = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(correct(good, {1.0, 2.0}), NumericalError);
+    phase(1, 5) = 0.0;
+    image(7, 2) = cfloat(std::numeric_limits<float>::quiet_NaN(), 0.0f);
+    try {
+        correct(good, {1.0, 2.0});
+        FAIL();
+    } catch (const NumericalError& error) {
+        EXPECT_NE(std::string(error.what()).find("[7, 2]"), std::string::npos) << error.what();
+    }
+    image(7, 2) = {};
+    AzimuthOptions options;
+    options.execution.progress = [](const ProgressUpdate&) { return false; };
+    EXPECT_THROW(azimuth_correct(ImageView(image.view()), strip_geometry(4), good, {1.0, 2.0}, corrected.view(), options), Cancelled);
 }
 
 TEST(Azimuth, StopsWhenAskedTo) {
