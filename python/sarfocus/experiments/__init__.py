@@ -6,13 +6,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb, gotcha
+from . import crlb, gotcha, xie2023, xie2023_time
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
-EXPERIMENTS: dict[str, Experiment] = {"crlb": crlb.run, "gotcha": gotcha.run}
+EXPERIMENTS: dict[str, Experiment] = {
+    "crlb": crlb.run,
+    "gotcha": gotcha.run,
+    "xie2023-table3": xie2023.run,
+    "xie2023-random": xie2023.run_random,
+    "xie2023-time": xie2023_time.run,
+}
 MEASURED = frozenset({"gotcha"})  # take a folder of measured data
-PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {"crlb": crlb.draw}
+PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {"crlb": crlb.draw, "xie2023-table3": xie2023.draw}
 
 
 def run(name: str, **options: Any) -> Reproduction:

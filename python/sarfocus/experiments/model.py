@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 
 class Requirement(BaseModel):
@@ -25,6 +25,7 @@ class Reproduction(BaseModel):
     parameters: dict[str, Any]
     rows: list[dict[str, Any]]
     required: list[Requirement]
+    pictures: dict[str, Any] = Field(default_factory=dict, exclude=True, repr=False)  # arrays to draw, not part of the result
 
     @property
     def holds(self) -> bool:
