@@ -20,6 +20,7 @@ py::dict strip_details(const autofocus::StripDetails& strip) {
         const auto blocks = static_cast<py::ssize_t>(strip.block_centre.size());
         const auto n = static_cast<py::ssize_t>(strip.block_phase.size()) / blocks;
         out["block_phase"] = py::array_t<double>({blocks, n}, strip.block_phase.data());
+        out["block_std"] = py::array_t<double>({blocks, n}, strip.block_std.data());
         out["block_centre"] = to_numpy(strip.block_centre);
     }
     return out;

@@ -2,9 +2,13 @@
 
 from ._core.strip import (
     Apertures,
+    CrossTrackError,
     Stitching,
     StripPhase,
     azimuth_correct,
+    correct_cross_track,
+    cross_track_error,
+    cross_track_phase,
     extract,
     integrate_gradient,
     match_search,
@@ -19,9 +23,13 @@ from ._core.strip import (
 
 __all__ = [
     "Apertures",
+    "CrossTrackError",
     "Stitching",
     "StripPhase",
     "azimuth_correct",
+    "correct_cross_track",
+    "cross_track_error",
+    "cross_track_phase",
     "extract",
     "integrate_gradient",
     "match_search",

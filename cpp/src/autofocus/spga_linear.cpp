@@ -8,6 +8,7 @@
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 
+#include "range_blocks.hpp"
 #include "stopwatch.hpp"
 #include "strip_lines.hpp"
 #include "strip_result.hpp"
@@ -18,18 +19,8 @@ namespace sarfocus::autofocus {
 namespace {
 
 using detail::at;
+using detail::RangeBlock;
 using geometry::StripmapGeometry;
-
-// What one block of range gates gives.
-struct Block {
-    Apertures apertures;
-    Stitching stitching;
-    StripPhase phase;
-    std::vector<double> shift;
-    detail::StripEvidence evidence;
-    double centre = 0.0;  // range gate
-    [[nodiscard]] bool empty() const { return apertures.size() == 0; }
-};
 
 std::vector<Seam> match(const Apertures& apertures, const SpgaLinearOptions& options) {
     if (options.matching == Matching::search) {
@@ -77,8 +68,8 @@ StripmapGeometry part_of(const StripmapGeometry& geometry, std::ptrdiff_t first,
     return out;
 }
 
-Block run_block(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options, detail::Stopwatch& clock) {
-    Block out;
+RangeBlock run_block(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options, detail::Stopwatch& clock) {
+    RangeBlock out;
     StripSelectOptions select = options.select;
     select.execution = options.execution;
     if (select.window == 0) select.window = options.extract.window;
@@ -103,7 +94,9 @@ Block run_block(const ImageView& image, const StripmapGeometry& geometry, const 
         clock.lap("stitch");
     }
     out.phase = estimate(out.apertures, out.stitching, options);
-    out.shift = detail::apply_gauge(out.apertures, options, out.phase);
+    SpgaLinearOptions gauge = options;
+    if (options.range_blocks > 1) gauge.gauge = Gauge::zero_mean_shift;  // until the blocks have one in common
+    out.shift = detail::apply_gauge(out.apertures, gauge, out.phase);
     clock.lap("estimate");
     if (options.do_no_harm) out.evidence = detail::weigh_points(out.apertures, seams, out.phase, options.execution);
     if (!options.do_no_harm) out.evidence.held_out_gain.assign(at(out.apertures.size()), std::numeric_limits<double>::quiet_NaN());
@@ -118,36 +111,40 @@ std::vector<std::ptrdiff_t> block_edges(std::ptrdiff_t n_range, int blocks) {
     return out;
 }
 
-std::vector<Block> run_blocks(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options,
-                              detail::Stopwatch& clock) {
-    std::vector<Block> out;
+double mean_gate(const RangeBlock& block) {
+    double sum = 0.0;
+    double weights = 0.0;
+    for (std::ptrdiff_t n = 0; n < block.apertures.size(); ++n) {
+        const double weight = std::max(detail::gauge_weight(block.apertures, block.phase, n), 1e-6);
+        sum += weight * static_cast<double>(block.apertures.points[at(n)].range);
+        weights += weight;
+    }
+    return weights > 0.0 ? sum / weights : 0.0;
+}
+
+std::vector<RangeBlock> run_blocks(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options,
+                                   detail::Stopwatch& clock) {
+    std::vector<RangeBlock> out;
     const std::vector<std::ptrdiff_t> edges = block_edges(image.extent(1), options.range_blocks);
     for (std::size_t b = 0; b + 1 < edges.size(); ++b) {
         const std::ptrdiff_t count = edges[b + 1] - edges[b];
-        Block block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, clock);
+        RangeBlock block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, clock);
         for (StripPoint& p : block.apertures.points) p.range += edges[b];
-        block.centre = static_cast<double>(edges[b]) + 0.5 * static_cast<double>(count - 1);
+        block.centre = mean_gate(block);
         out.push_back(std::move(block));
     }
+    detail::keep_reliable(out);
+    if (options.range_blocks > 1) detail::lay_together(out, options);
     return out;
 }
 
-// Of a block without points: the phase of the nearest one that has some.
-const Block& stand_in(const std::vector<Block>& blocks, std::size_t b) {
-    for (std::size_t distance = 0; distance < blocks.size(); ++distance) {
-        if (b >= distance && !blocks[b - distance].empty()) return blocks[b - distance];
-        if (b + distance < blocks.size() && !blocks[b + distance].empty()) return blocks[b + distance];
-    }
-    return blocks[b];
-}
-
 // The phase of every block, [n_block, n_azimuth], and their mean and its deviation.
-Array<double, 2> block_phases(const std::vector<Block>& blocks, std::ptrdiff_t n, Result& result) {
+Array<double, 2> block_phases(const std::vector<RangeBlock>& blocks, std::ptrdiff_t n, Result& result) {
     Array<double, 2> out({static_cast<std::ptrdiff_t>(blocks.size()), n});
     result.estimate.assign(at(n), 0.0);
     result.phase_std.assign(at(n), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-        const std::vector<double>& phase = stand_in(blocks, b).phase.phase;
+        const std::vector<double>& phase = blocks[b].phase.phase;
         std::copy(phase.begin(), phase.end(), out.data() + static_cast<std::ptrdiff_t>(b) * n);
     }
     for (std::ptrdiff_t k = 0; k < n; ++k) {
@@ -155,7 +152,7 @@ Array<double, 2> block_phases(const std::vector<Block>& blocks, std::ptrdiff_t n
         double reached = 0.0;
         for (std::size_t b = 0; b < blocks.size(); ++b) {
             result.estimate[at(k)] += out(static_cast<std::ptrdiff_t>(b), k) / static_cast<double>(blocks.size());
-            const double sigma = blocks[b].empty() ? std::numeric_limits<double>::quiet_NaN() : blocks[b].phase.phase_std[at(k)];
+            const double sigma = blocks[b].phase.phase_std[at(k)];
             if (!std::isfinite(sigma)) continue;
             variance += sigma * sigma;
             reached += 1.0;
@@ -165,14 +162,13 @@ Array<double, 2> block_phases(const std::vector<Block>& blocks, std::ptrdiff_t n
     return out;
 }
 
-void score_points(const std::vector<Block>& blocks, Score& score) {
+void score_points(const std::vector<RangeBlock>& blocks, Score& score) {
     double gain = 0.0;
     double variance = 0.0;
     double own = 0.0;
     double judged = 0.0;
     score.improved = true;
-    for (const Block& block : blocks) {
-        if (block.empty()) continue;
+    for (const RangeBlock& block : blocks) {
         gain += block.evidence.mean_gain;
         variance += block.evidence.noise * block.evidence.noise;
         own += block.evidence.own_gain_db;
@@ -212,10 +208,10 @@ Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, Mut
     result.threads = resolve_threads(options.execution.threads);
     detail::Stopwatch clock(result.timings);
     const std::ptrdiff_t n = image.extent(0);
-    const std::vector<Block> blocks = run_blocks(image, geometry, options, clock);
+    const std::vector<RangeBlock> blocks = run_blocks(image, geometry, options, clock);
     result.phase_error.assign(at(n), 0.0);
     result.strip.coverage.assign(at(n), 0.0);
-    if (std::all_of(blocks.begin(), blocks.end(), [](const Block& b) { return b.empty(); })) {
+    if (blocks.empty()) {
         result.estimate.assign(at(n), 0.0);
         result.phase_std.assign(at(n), std::numeric_limits<double>::quiet_NaN());
         result.score.reason = "no pixel stands out of the clutter";
@@ -224,13 +220,15 @@ Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, Mut
     }
     const Array<double, 2> phase = block_phases(blocks, n, result);
     std::vector<double> centres;
-    for (const Block& block : blocks) {
+    for (const RangeBlock& block : blocks) {
         centres.push_back(block.centre);
-        if (!block.empty()) detail::append_details(block.apertures, block.stitching, block.phase, block.shift, block.evidence, result);
+        detail::append_details(block.apertures, block.stitching, block.phase, block.shift, block.evidence, result);
     }
-    if (blocks.size() > 1) {
+    if (options.range_blocks > 1) {
         result.strip.block_phase.assign(phase.begin(), phase.end());
         result.strip.block_centre = centres;
+        for (const RangeBlock& block : blocks)
+            result.strip.block_std.insert(result.strip.block_std.end(), block.phase.phase_std.begin(), block.phase.phase_std.end());
     }
     if (options.do_no_harm) score_points(blocks, result.score);
     if (options.do_no_harm && !result.score.improved) {

@@ -33,30 +33,17 @@ struct LineFit {
     [[nodiscard]] double slope() const { return denominator > 0.0 ? numerator / denominator : 0.0; }
 };
 
-// The point that lies where a tie point belongs, or the nearest within the window.
-std::ptrdiff_t matching_point(const Apertures& a, const std::vector<double>& after, const TiePoint& tie) {
-    std::ptrdiff_t best = -1;
-    double nearest = a.window;
-    for (std::ptrdiff_t n = 0; n < a.size(); ++n) {
-        if (std::abs(a.points[at(n)].range - tie.range) > 1) continue;
-        const double distance = std::abs(static_cast<double>(a.points[at(n)].azimuth) + after[at(n)] - tie.azimuth);
-        if (distance > nearest) continue;
-        nearest = distance;
-        best = n;
-    }
-    if (best < 0)
-        throw ValueError("tie_points",
-                         "a strong point within " + number_text(std::round(a.window)) + " azimuth pixels and one range gate of each",
-                         "none at (" + number_text(tie.azimuth) + ", " + std::to_string(tie.range) + ")");
-    return best;
-}
-
 double gauge_slope(const Apertures& a, const SpgaLinearOptions& options, const StripPhase& phase, int segment,
                    const std::vector<double>& before, const std::vector<double>& after) {
     LineFit fit;
     if (options.gauge == Gauge::tie_points) {
         for (const TiePoint& tie : options.tie_points) {
             const std::ptrdiff_t n = matching_point(a, after, tie);
+            if (n < 0)
+                throw ValueError(
+                    "tie_points",
+                    "a strong point within " + number_text(std::round(a.window)) + " azimuth pixels and one range gate of each",
+                    "none at (" + number_text(tie.azimuth) + ", " + std::to_string(tie.range) + ")");
             if (phase.segment[at(n)] == segment)
                 fit.add(static_cast<double>(a.points[at(n)].azimuth) + after[at(n)] - tie.azimuth, slope_of_pixel(a, n), 1.0);
         }
@@ -66,15 +53,30 @@ double gauge_slope(const Apertures& a, const SpgaLinearOptions& options, const S
     }
     for (std::ptrdiff_t n = 0; n < a.size(); ++n) {
         if (phase.segment[at(n)] != segment) continue;
-        // All alike, but for those that tell next to nothing: a few very bright points are not the scene.
-        const double weight = std::min(100.0 * phase.information[at(n)] * static_cast<double>(a.size()), 1.0);
-        fit.add(after[at(n)] - before[at(n)], slope_of_pixel(a, n), options.gauge == Gauge::first_point ? 1.0 : weight);
+        fit.add(after[at(n)] - before[at(n)], slope_of_pixel(a, n), options.gauge == Gauge::first_point ? 1.0 : gauge_weight(a, phase, n));
         if (options.gauge == Gauge::first_point) break;
     }
     return fit.slope();
 }
 
 }  // namespace
+
+double gauge_weight(const Apertures& apertures, const StripPhase& phase, std::ptrdiff_t n) {
+    return std::min(100.0 * phase.information[at(n)] * static_cast<double>(apertures.size()), 1.0);
+}
+
+std::ptrdiff_t matching_point(const Apertures& apertures, const std::vector<double>& after, const TiePoint& tie) {
+    std::ptrdiff_t best = -1;
+    double nearest = apertures.window;
+    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) {
+        if (std::abs(apertures.points[at(n)].range - tie.range) > 1) continue;
+        const double distance = std::abs(static_cast<double>(apertures.points[at(n)].azimuth) + after[at(n)] - tie.azimuth);
+        if (distance > nearest) continue;
+        nearest = distance;
+        best = n;
+    }
+    return best;
+}
 
 std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOptions& options, StripPhase& phase) {
     const std::vector<double> before = imaged_before(apertures);

@@ -10,6 +10,13 @@
 
 namespace sarfocus::autofocus::detail {
 
+/// Weight of point n in the mean shift: all alike, but for those that tell next to nothing; a few very bright points are not the scene.
+[[nodiscard]] double gauge_weight(const Apertures& apertures, const StripPhase& phase, std::ptrdiff_t n);
+
+/// The point that lies where a tie point belongs, or the nearest within the window; -1: none. after: pixels by which each point lies off
+/// its own, [n_point].
+[[nodiscard]] std::ptrdiff_t matching_point(const Apertures& apertures, const std::vector<double>& after, const TiePoint& tie);
+
 /// Adds to the phase of every segment the line that the gauge asks for, and takes a constant off. Returns the azimuth pixels by which each
 /// point is moved. Throws ValueError where a tie point matches no point.
 [[nodiscard]] std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOptions& options, StripPhase& phase);

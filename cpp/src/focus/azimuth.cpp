@@ -1,6 +1,7 @@
 #include <sarfocus/focus/azimuth.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <memory>
@@ -87,6 +88,13 @@ void transform(const ImageView& from, const char* from_name, const StripmapGeome
     });
 }
 
+void write_factor(double phase, cfloat& factor) {
+    float real = 0.0f;
+    float imag = 0.0f;
+    signal::unit_phasor(-phase / two_pi, real, imag);
+    factor = {real, imag};
+}
+
 // exp(-j phase) of a range gate, interpolated between blocks.
 class PhaseOfGate {
 public:
@@ -109,13 +117,8 @@ public:
 private:
     void write(std::ptrdiff_t low, std::ptrdiff_t high, double share, std::vector<cfloat>& out) const {
         out.resize(static_cast<std::size_t>(phase_.extent(1)));
-        for (std::ptrdiff_t k = 0; k < phase_.extent(1); ++k) {
-            const double phase = (1.0 - share) * phase_(low, k) + share * phase_(high, k);
-            float real = 0.0f;
-            float imag = 0.0f;
-            signal::unit_phasor(-phase / two_pi, real, imag);
-            out[static_cast<std::size_t>(k)] = {real, imag};
-        }
+        for (std::ptrdiff_t k = 0; k < phase_.extent(1); ++k)
+            write_factor((1.0 - share) * phase_(low, k) + share * phase_(high, k), out[static_cast<std::size_t>(k)]);
     }
 
     const ArrayView<const double, 2>& phase_;
@@ -123,17 +126,64 @@ private:
     std::vector<cfloat> common_;
 };
 
-void require_phase(const ArrayView<const double, 2>& phase, const std::vector<double>& centres, std::ptrdiff_t n_azimuth) {
+// exp(-j phase) of a range gate, from scaled shapes.
+class ScaledPhaseOfGate {
+public:
+    ScaledPhaseOfGate(const ArrayView<const double, 2>& phase, const ArrayView<const double, 2>& scale) : phase_(phase), scale_(scale) {}
+
+    [[nodiscard]] const cfloat* of(std::ptrdiff_t gate, std::vector<cfloat>& own) const {
+        own.resize(static_cast<std::size_t>(phase_.extent(1)));
+        for (std::ptrdiff_t k = 0; k < phase_.extent(1); ++k) {
+            double phase = 0.0;
+            for (std::ptrdiff_t m = 0; m < phase_.extent(0); ++m) phase += scale_(m, gate) * phase_(m, k);
+            write_factor(phase, own[static_cast<std::size_t>(k)]);
+        }
+        return own.data();
+    }
+
+private:
+    const ArrayView<const double, 2>& phase_;
+    const ArrayView<const double, 2>& scale_;
+};
+
+void require_phase(const ArrayView<const double, 2>& phase, std::ptrdiff_t n_azimuth) {
     if (phase.extent(0) < 1 || phase.extent(1) != n_azimuth)
-        throw ShapeError("phase", "(n_block, " + std::to_string(n_azimuth) + "), a value for every azimuth line",
+        throw ShapeError("phase", "(at least 1, " + std::to_string(n_azimuth) + "), a value for every azimuth line",
                          shape_text(phase.extents()));
     require_finite(phase, "phase");
+}
+
+void require_centres(const std::vector<double>& centres, const ArrayView<const double, 2>& phase) {
     if (static_cast<std::ptrdiff_t>(centres.size()) != phase.extent(0))
         throw ShapeError("centres", std::to_string(phase.extent(0)) + " range gates, one for each row of phase",
                          std::to_string(centres.size()));
     for (std::size_t b = 0; b < centres.size(); ++b)
         if (!std::isfinite(centres[b]) || (b > 0 && !(centres[b] > centres[b - 1])))
             throw ValueError("centres", "finite, ascending range gates", number_text(centres[b]));
+}
+
+template <class Factors>
+void correct(const ImageView& image, const StripmapGeometry& geometry, const Factors& factors, const MutableImageView& corrected,
+             const Execution& execution) {
+    const std::ptrdiff_t n = image.extent(0);
+    const fft::Plan<float> forward(n, fft::Direction::forward);
+    const fft::Plan<float> inverse(n, fft::Direction::inverse);
+    const std::vector<double> f2 = squared_frequencies(geometry, n);
+    const float scale = 1.0f / static_cast<float>(n);
+    walk_gates(image, "image", corrected, "correct", execution, [&](cfloat* line, std::ptrdiff_t gate) {
+        const double rate = 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate));
+        forward.execute(line);
+        if (!is_finite(line[0])) return false;
+        apply_phase(line, f2.data(), n, rate, scale);
+        inverse.execute(line);
+        std::vector<cfloat> own;
+        const cfloat* factor = factors.of(gate, own);
+        for (std::ptrdiff_t k = 0; k < n; ++k) line[k] = product(line[k], factor[k]);
+        forward.execute(line);
+        apply_phase(line, f2.data(), n, -rate, scale);
+        inverse.execute(line);
+        return true;
+    });
 }
 
 }  // namespace
@@ -151,27 +201,21 @@ void azimuth_decompress(const ImageView& image, const StripmapGeometry& geometry
 void azimuth_correct(const ImageView& image, const StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
                      const std::vector<double>& centres, const MutableImageView& corrected, const AzimuthOptions& options) {
     require_strip(image, "image", geometry, corrected, "corrected");
-    const std::ptrdiff_t n = image.extent(0);
-    require_phase(phase, centres, n);
-    const fft::Plan<float> forward(n, fft::Direction::forward);
-    const fft::Plan<float> inverse(n, fft::Direction::inverse);
-    const std::vector<double> f2 = squared_frequencies(geometry, n);
-    const float scale = 1.0f / static_cast<float>(n);
-    const PhaseOfGate factors(phase, centres);
-    walk_gates(image, "image", corrected, "correct", options.execution, [&](cfloat* line, std::ptrdiff_t gate) {
-        const double rate = 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate));
-        forward.execute(line);
-        if (!is_finite(line[0])) return false;
-        apply_phase(line, f2.data(), n, rate, scale);
-        inverse.execute(line);
-        std::vector<cfloat> own;
-        const cfloat* factor = factors.of(gate, own);
-        for (std::ptrdiff_t k = 0; k < n; ++k) line[k] = product(line[k], factor[k]);
-        forward.execute(line);
-        apply_phase(line, f2.data(), n, -rate, scale);
-        inverse.execute(line);
-        return true;
-    });
+    require_phase(phase, image.extent(0));
+    require_centres(centres, phase);
+    correct(image, geometry, PhaseOfGate(phase, centres), corrected, options.execution);
+}
+
+void azimuth_correct(const ImageView& image, const StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
+                     const ArrayView<const double, 2>& scale, const MutableImageView& corrected, const AzimuthOptions& options) {
+    require_strip(image, "image", geometry, corrected, "corrected");
+    require_phase(phase, image.extent(0));
+    if (scale.extent(0) != phase.extent(0) || scale.extent(1) != image.extent(1))
+        throw ShapeError("scale",
+                         shape_text(std::array<std::ptrdiff_t, 2>{phase.extent(0), image.extent(1)}) + ", one for each row of phase",
+                         shape_text(scale.extents()));
+    require_finite(scale, "scale");
+    correct(image, geometry, ScaledPhaseOfGate(phase, scale), corrected, options.execution);
 }
 
 }  // namespace sarfocus::focus

@@ -27,6 +27,16 @@ class Apertures:
     @property
     def window(self) -> float: ...
 
+class CrossTrackError:
+    @property
+    def displacement(self) -> NDArray[np.float64]: ...
+    @property
+    def displacement_std(self) -> NDArray[np.float64]: ...
+    @property
+    def residual_rms(self) -> NDArray[np.float64]: ...
+    @property
+    def condition(self) -> float: ...
+
 class Stitching:
     @property
     def slope(self) -> NDArray[np.float64]: ...
@@ -123,6 +133,36 @@ def azimuth_correct(
     phase: ArrayLike,
     *,
     centres: ArrayLike | None = None,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
+def cross_track_error(
+    block_phase: ArrayLike,
+    slant_range: ArrayLike,
+    *,
+    height: float,
+    wavelength: float,
+    phase_std: ArrayLike | None = None,
+    unknowns: Literal["height", "horizontal", "cross_track"] = "cross_track",
+    maximum_condition: float = 100.0,
+) -> CrossTrackError: ...
+def cross_track_phase(
+    displacement: ArrayLike,
+    slant_range: ArrayLike,
+    *,
+    height: float,
+    wavelength: float,
+    out: NDArray[np.float64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.float64]: ...
+def correct_cross_track(
+    image: NDArray[np.complex64],
+    geometry: StripmapGeometry,
+    displacement: ArrayLike,
+    *,
+    height: float,
     out: NDArray[np.complex64] | None = None,
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,

@@ -68,8 +68,9 @@ struct StripDetails {
     std::vector<double> held_out_gain;  ///< nat, of every point's peak with the phase that the others gave; nan where they don't reach it
     int segments = 0;
     double knot = 1.0;                 ///< samples between the values that the refinement estimated
-    std::vector<double> block_phase;   ///< rad, [n_block, n_azimuth] row by row, where range blocks were asked for
-    std::vector<double> block_centre;  ///< range gate in the middle of each block
+    std::vector<double> block_phase;   ///< rad, [n_block, n_azimuth] row by row, of the range blocks in use, where blocks were asked for
+    std::vector<double> block_std;     ///< rad, [n_block, n_azimuth], of block_phase; nan where no aperture of the block reaches
+    std::vector<double> block_centre;  ///< range gate of each block, the mean of its points'
 };
 
 struct Timing {

@@ -42,4 +42,10 @@ SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::Stripm
                                   const ArrayView<const double, 2>& phase, const std::vector<double>& centres,
                                   const MutableImageView& corrected, const AzimuthOptions& options = {});
 
+/// The same for a phase made of shapes over slow time that are scaled from gate to gate: that of gate g is the sum over m of
+/// scale(m, g) phase(m, k). phase: [n_shape, n_azimuth], rad; scale: [n_shape, n_range].
+SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::StripmapGeometry& geometry,
+                                  const ArrayView<const double, 2>& phase, const ArrayView<const double, 2>& scale,
+                                  const MutableImageView& corrected, const AzimuthOptions& options = {});
+
 }  // namespace sarfocus::focus
