@@ -219,12 +219,15 @@ TEST(SpgaLinear, RangeBlocksHaveAPhaseEach) {
     options.range_blocks = 2;
     const Outcome pair = run(strip, options);
     ASSERT_FALSE(pair.result.input_returned()) << pair.result.score.reason;
-    EXPECT_EQ(pair.result.strip.block_centre, (std::vector<double>{15.5, 47.5}));
+    const std::vector<double>& centre = pair.result.strip.block_centre;
+    ASSERT_EQ(centre.size(), 2U);
+    EXPECT_NEAR(centre[0], 15.5, 5.0);  // mean gates of some tens of points, each +- 9 gates
+    EXPECT_NEAR(centre[1], 47.5, 5.0);
     ASSERT_EQ(pair.result.strip.block_phase.size(), at(2 * n));
     for (const std::ptrdiff_t b : {0, 1}) {
         const auto begin = pair.result.strip.block_phase.begin() + b * n;
         std::vector<double> expected = phase;
-        for (double& p : expected) p *= b == 0 ? 0.85 : 1.15;  // in the middle of the block
+        for (double& p : expected) p *= 0.7 + 0.6 * centre[at(b)] / 63.0;
         // The two differ by 0.9 rad RMS, and the error itself by 0.26 RMS within a block.
         EXPECT_LT(gauge_free_rms({begin, begin + n}, expected), 0.55) << b;
     }
