@@ -22,7 +22,7 @@ CrossTrackUnknowns unknowns_of(const std::string& name) {
 }
 
 CrossTrackError cross_track_error(const py::object& block_phase, const py::object& slant_range, double height, double wavelength,
-                                  const py::object& phase_std, const std::string& unknowns, double maximum_condition) {
+                                  const py::object& phase_std, const std::string& unknowns, double maximum_condition, double model_std) {
     const auto phase = real_input<2>(block_phase, "block_phase");
     const auto ranges = real_input<1>(slant_range, "slant_range");
     Input<double, 2> deviation;
@@ -33,6 +33,7 @@ CrossTrackError cross_track_error(const py::object& block_phase, const py::objec
     autofocus::CrossTrackOptions options;
     options.unknowns = unknowns_of(unknowns);
     options.maximum_condition = maximum_condition;
+    options.model_std = model_std;
     const py::gil_scoped_release release;
     return autofocus::cross_track_error(phase.view, deviation.view, ranges.view, height, wavelength, options);
 }
@@ -74,7 +75,7 @@ void bind_cross_track(py::module_ m) {
             "float64 [n_azimuth, 2], m: towards the scene, up; constant and line of either removed.")
         .def_property_readonly(
             "displacement_std", [](const CrossTrackError& e) { return to_numpy(e.displacement_std.copy()); },
-            "float64 [n_azimuth, 2], m; nan where too few blocks reach, or without phase_std.")
+            "float64 [n_azimuth, 2], m, from phase_std and model_std; nan where too few blocks reach, or without phase_std.")
         .def_property_readonly(
             "residual_rms", [](const CrossTrackError& e) { return to_numpy(e.residual_rms); },
             "float64 [n_block], rad, what the displacement leaves of the phase of every block.")
@@ -83,7 +84,7 @@ void bind_cross_track(py::module_ m) {
 
     m.def("cross_track_error", &cross_track_error, py::arg("block_phase"), py::arg("slant_range"), py::kw_only(), py::arg("height"),
           py::arg("wavelength"), py::arg("phase_std") = py::none(), py::arg("unknowns") = "cross_track",
-          py::arg("maximum_condition") = options.maximum_condition,
+          py::arg("maximum_condition") = options.maximum_condition, py::arg("model_std") = options.model_std,
           R"(Displacement of the antenna across its track from phase errors in several range blocks.
 
 Flat ground, broadside: at slant range R, cos(theta) = height / R, a displacement (y towards the scene, z up) changes the range by
@@ -107,6 +108,8 @@ unknowns : {"height", "horizontal", "cross_track"}
     z, y, or both.
 maximum_condition : float
     Blocks at so nearly the same look angle that the condition exceeds this are refused.
+model_std : float
+    rad, added in squares to phase_std: what one range for a whole block and flat ground leave unexplained.
 
 Returns
 -------

@@ -51,13 +51,14 @@ void require_displacement(const ArrayView<const double, 2>& displacement, std::p
 }
 
 // Weights of all samples, 0 where a block is not to be used.
-Array<double, 2> weights_of(const Phases& phase, const Phases& phase_std) {
+Array<double, 2> weights_of(const Phases& phase, const Phases& phase_std, double model_std) {
     Array<double, 2> out(phase.extents());
     if (!phase_std.empty()) require_same_shape(phase_std, "phase_std", phase, "block_phase");
     for (std::ptrdiff_t b = 0; b < phase.extent(0); ++b)
         for (std::ptrdiff_t k = 0; k < phase.extent(1); ++k) {
-            const double sigma = phase_std.empty() ? 1.0 : phase_std(b, k);
-            if (sigma <= 0.0) throw ValueError("phase_std", "above 0, or nan where a block is not to be used", number_text(sigma));
+            const double sigma = phase_std.empty() ? 1.0 : std::hypot(phase_std(b, k), model_std);
+            if (!phase_std.empty() && (phase_std(b, k) < 0.0 || sigma <= 0.0))
+                throw ValueError("phase_std", "above 0, or nan where a block is not to be used", number_text(phase_std(b, k)));
             out(b, k) = std::isfinite(sigma) ? 1.0 / (sigma * sigma) : 0.0;
         }
     return out;
@@ -215,6 +216,7 @@ std::string condition_text(double condition) {
 
 void CrossTrackOptions::validate() const {
     if (!(maximum_condition >= 1.0)) throw ValueError("maximum_condition", "at least 1", number_text(maximum_condition));
+    if (!(model_std >= 0.0 && std::isfinite(model_std))) throw ValueError("model_std", "at least 0", number_text(model_std));
 }
 
 CrossTrackError cross_track_error(const Phases& block_phase, const Phases& phase_std, const ArrayView<const double, 1>& slant_range,
@@ -226,7 +228,7 @@ CrossTrackError cross_track_error(const Phases& block_phase, const Phases& phase
         throw ShapeError("slant_range", "(" + std::to_string(block_phase.extent(0)) + ",), one for each row of block_phase",
                          shape_text(slant_range.extents()));
     require_look(slant_range, height, wavelength);
-    const Array<double, 2> weights = weights_of(block_phase, phase_std);
+    const Array<double, 2> weights = weights_of(block_phase, phase_std, options.model_std);
     Inversion inversion(block_phase, weights, slant_range, height, options);
     CrossTrackError out;
     out.condition = inversion.condition();

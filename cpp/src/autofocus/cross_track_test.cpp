@@ -125,8 +125,10 @@ TEST(CrossTrack, ConditionOfTwoBlocksIsThatOfTheAngleBetweenThem) {
     const Array<double, 1> ranges = list({height / std::cos(middle - half), height / std::cos(middle + half)});
     const Array<double, 2> phase = phases_of(wobble(), ranges);
     Array<double, 2> sigma({2, n});
-    std::fill(sigma.begin(), sigma.end(), 0.1);
-    const CrossTrackError found = cross_track_error(phase.view(), sigma.view(), ranges.view(), height, wavelength);
+    std::fill(sigma.begin(), sigma.end(), 0.06);
+    CrossTrackOptions options;
+    options.model_std = 0.08;  // 0.1 together
+    const CrossTrackError found = cross_track_error(phase.view(), sigma.view(), ranges.view(), height, wavelength, options);
     EXPECT_NEAR(found.condition, 1.0 / std::sin(half), 1e-8);
     // Along the mean line of sight variance sigma^2 / (2 cos^2 half), across it sigma^2 / (2 sin^2 half).
     const double metres = wavelength / (2.0 * two_pi) * 0.1;
@@ -150,7 +152,9 @@ TEST(CrossTrack, DeviationIsWhatNoiseGives) {
             sigma(b, k) = 0.02 * static_cast<double>(b + 1) * (1.0 + static_cast<double>(k) / n);
             phase(b, k) += sigma(b, k) * normal(bits);
         }
-    const CrossTrackError found = cross_track_error(phase.view(), sigma.view(), ranges.view(), height, wavelength);
+    CrossTrackOptions options;
+    options.model_std = 0.0;
+    const CrossTrackError found = cross_track_error(phase.view(), sigma.view(), ranges.view(), height, wavelength, options);
     for (std::ptrdiff_t u = 0; u < 2; ++u) {
         double chi2 = 0.0;
         for (std::ptrdiff_t k = 0; k < n; ++k)
@@ -220,6 +224,9 @@ TEST(CrossTrack, RefusesWhatCannotBeSolved) {
     EXPECT_THROW((void)cross_track_error(phase.view(), {}, apart.view(), -1.0, wavelength), ValueError);
     EXPECT_THROW((void)cross_track_error(phase.view(), {}, apart.view(), height, 0.0), ValueError);
     Array<double, 2> sigma(phase.extents());
+    one.model_std = 0.0;
+    EXPECT_THROW((void)cross_track_error(phase.view(), sigma.view(), apart.view(), height, wavelength, one), ValueError);
+    sigma(2, 7) = -0.1;
     EXPECT_THROW((void)cross_track_error(phase.view(), sigma.view(), apart.view(), height, wavelength), ValueError);
     std::fill(sigma.begin(), sigma.end(), nan);
     EXPECT_THROW((void)cross_track_error(phase.view(), sigma.view(), apart.view(), height, wavelength), NumericalError);
@@ -228,6 +235,8 @@ TEST(CrossTrack, RefusesWhatCannotBeSolved) {
     Array<double, 2> broken = phase.copy();
     broken(1, 4) = nan;
     EXPECT_THROW((void)cross_track_error(broken.view(), {}, apart.view(), height, wavelength), NumericalError);
+    one.model_std = -1.0;
+    EXPECT_THROW(one.validate(), ValueError);
     CrossTrackOptions options;
     options.maximum_condition = 0.5;
     EXPECT_THROW((void)cross_track_error(phase.view(), {}, apart.view(), height, wavelength, options), ValueError);

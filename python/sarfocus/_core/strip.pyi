@@ -146,6 +146,7 @@ def cross_track_error(
     phase_std: ArrayLike | None = None,
     unknowns: Literal["height", "horizontal", "cross_track"] = "cross_track",
     maximum_condition: float = 100.0,
+    model_std: float = 0.1,
 ) -> CrossTrackError: ...
 def cross_track_phase(
     displacement: ArrayLike,

@@ -29,13 +29,17 @@ struct CrossTrackOptions {
     /// Blocks that lie at so nearly the same look angle that `condition` exceeds this are refused: a phase error of a hundredth of a radian
     /// would pass for one of a whole.
     double maximum_condition = 100.0;
+    /// rad, added in squares to phase_std: what one range for a whole block and flat ground leave unexplained, of that size for errors of
+    /// some radians over four blocks. Without it a block that is believed exact overrules all others.
+    double model_std = 0.1;
 
     SARFOCUS_API void validate() const;
 };
 
 struct CrossTrackError {
-    Array<double, 2> displacement;      ///< m [n_azimuth, 2]: towards the scene, up
-    Array<double, 2> displacement_std;  ///< m [n_azimuth, 2], from phase_std; nan where too few blocks reach, or without a phase_std
+    Array<double, 2> displacement;  ///< m [n_azimuth, 2]: towards the scene, up
+    Array<double, 2>
+        displacement_std;  ///< m [n_azimuth, 2], from phase_std and model_std; nan where too few blocks reach, or without a phase_std
     /// RMS, rad [n_block], of what the displacement leaves of the phase of every block, its constant and line aside: much above the phase's
     /// deviation where the ground is not flat, the height is wrong or a phase has slipped. nan for a block without samples in use.
     std::vector<double> residual_rms;
