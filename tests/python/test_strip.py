@@ -185,7 +185,7 @@ def test_gradient_is_summed_up_as_the_equation_says() -> None:
 
 
 def test_refinement_finds_the_most_likely_phase() -> None:
-    """A general solver over all unknowns, given what the refinement says of noise, amplitudes and roughness, ends at the same phase."""
+    """A plain solver over all unknowns, given what the refinement says of noise, amplitudes and roughness, ends at the same phase."""
     n, gates = 150, 12
     geometry = geometry_of(gates, first=800.0)  # apertures of 42 samples
     rng = np.random.default_rng(5)
