@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from . import ImageGrid, backproject, gpga, measurement, pga
+from . import ImageGrid, backproject, gpga, measurement, pga, spga, spga_linear
 from .grids import check_grid, resolution
 from .io import Image, PhaseHistory
 from .memory import require_image_memory
@@ -56,6 +56,18 @@ def focus_image(image: Image, *, threads: int = 0, progress: Progress = None) ->
     started = time.perf_counter()
     result = pga(image.data, threads=threads, progress=progress)
     return focused(image, result, "pga", {"autofocus": time.perf_counter() - started}, threads)
+
+
+STRIP_METHODS: dict[str, Callable[..., Any]] = {"spga_linear": spga_linear, "spga": spga}
+
+
+def focus_strip(image: Image, method: str = "spga_linear", *, threads: int = 0, progress: Progress = None) -> Focused:
+    """Run stripmap autofocus on an image that has the geometry of its collection."""
+    if image.geometry is None:
+        raise ValueError(f"image: {method} needs the stripmap geometry, and this image has none; use pga")
+    started = time.perf_counter()
+    result = STRIP_METHODS[method](image.data, image.geometry, threads=threads, progress=progress)
+    return focused(image, result, method, {"autofocus": time.perf_counter() - started}, threads)
 
 
 def focus_history(

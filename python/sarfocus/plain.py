@@ -11,9 +11,14 @@ import numpy as np
 
 
 def plain(value: object) -> Any:
-    """Return `value` as dict, list, str, int, float, bool or None; numbers that are not finite become None: JSON has no word for them."""
+    """Return `value` as dict, list, str, int, float, bool or None; numbers that are not finite become None: JSON has no word for them.
+
+    A structured array becomes a dict of its columns.
+    """
     if isinstance(value, enum.Enum):
         return value.name
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        value = {name: value[name] for name in value.dtype.names}
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, Mapping):

@@ -53,6 +53,11 @@ class Scene:
     true_positions: FloatArray  # [n_pulse, 3], m: the path flown
     phase_error: FloatArray  # [n_pulse], rad, at the scene centre
 
+    @property
+    def item(self) -> PhaseHistory:
+        """What a file of the scene holds."""
+        return self.history
+
 
 def spotlight(*, seed: int = SEED, motion_rms: float = MOTION_RMS, threads: int = 0, progress: Progress = None) -> Scene:
     """Simulate a spotlight collection in side view: speckle, eight points of equal strength, and a smooth motion that was not recorded.
@@ -114,6 +119,3 @@ def ground(generator: np.random.Generator) -> tuple[FloatArray, npt.NDArray[np.c
     positions[:, :2] = (generator.random((count, 2)) - 0.5) * CLUTTER_MARGIN * np.array(SCENE_SIZE[::-1])
     power = 10.0 ** (-POINT_TO_CLUTTER_DB / 10.0) / CLUTTER_PER_CELL
     return positions, np.sqrt(0.5 * power) * (generator.standard_normal(count) + 1j * generator.standard_normal(count))
-
-
-SCENES: dict[str, Callable[..., Scene]] = {"spotlight": spotlight}

@@ -173,6 +173,38 @@ def test_simulate_is_seeded(run, tmp_path, monkeypatch):
     assert len(first.metadata["truth"]["phase_error"]) == len(first.data)
 
 
+def test_autofocus_of_a_strip(run, tmp_path, monkeypatch):
+    """The geometry in the file chooses the method; a report of the result knows what the simulation knew."""
+    for name, value in {"N_AZIMUTH": 1024, "N_RANGE": 64, "RANGE_START": 3000.0, "N_POINT": 16, "BUILDINGS": ((0.3, 0.5),)}.items():
+        monkeypatch.setattr(f"sarfocus.strip_scene.{name}", value)
+    status, out, err = run("simulate", "strip", "-o", tmp_path / "strip.h5", "--motion-error", "0.02", "--json")
+    assert status == 0, err
+    assert json.loads(out)["stripmap"]["prf"] == 360.0
+    status, out, err = run("autofocus", tmp_path / "strip.h5", "-o", tmp_path / "focused.h5", "--json")
+    assert status == 0, err
+    found = json.loads(out)
+    assert found["method"] == "spga_linear" and found["status"] == "converged"
+    seams = found["diagnostics"]["strip"]["seams"]
+    assert len(seams["first"]) == len(seams["residual"]) > 10
+    assert (
+        json.loads(run("autofocus", tmp_path / "strip.h5", "-o", tmp_path / "b.npz", "--method", "spga", "--json")[1])["method"] == "spga"
+    )
+    status, out, err = run("report", tmp_path / "focused.h5", "-o", tmp_path / "page.html", "--json")
+    assert status == 0, err
+    assert "Displacement of targets (m), RMS" in [item["name"] for item in json.loads(out)["figures"]]
+
+
+def test_strip_methods_need_the_geometry(run, formed, recorded, tmp_path):
+    for method in ("spga", "spga_linear"):
+        assert_refused(run("autofocus", formed, "-o", tmp_path / "x.npz", "--method", method), "geometry", "pga")
+        assert_refused(run("autofocus", recorded, "-o", tmp_path / "x.npz", "--method", method), "phase history")
+
+
+def test_demo_of_an_unknown_scene(run, tmp_path):
+    assert_refused(run("demo", "-o", tmp_path / "d", "--scene", "moon"), "strip, spotlight")
+    assert not (tmp_path / "d").exists()
+
+
 # The bad input of the issue, through the command line.
 
 

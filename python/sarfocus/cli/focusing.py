@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from .. import measurement
-from ..focusing import focus_history, focus_image
+from ..focusing import STRIP_METHODS, focus_history, focus_image, focus_strip
 from ..grids import default_grid
 from ..io import Image, PhaseHistory, read, write
 from ..io.dispatch import writable
@@ -23,6 +23,8 @@ class Method(str, Enum):
     auto = "auto"
     pga = "pga"
     gpga = "gpga"
+    spga_linear = "spga_linear"
+    spga = "spga"
 
 
 Pixel = Annotated[Any, typer.Option("--at", parser=numbers(2, "azimuth,range in pixels"), metavar="AZ,RG", help="Pixel to measure at.")]
@@ -32,7 +34,9 @@ def autofocus(
     inputs: Annotated[list[Path], typer.Argument(help="An image, or a phase history (gpga).", metavar="INPUT...")],
     *,
     output: Output,
-    method: Annotated[Method, typer.Option(help="auto: pga for an image, gpga for a phase history.")] = Method.auto,
+    method: Annotated[
+        Method, typer.Option(help="auto: spga_linear for a strip, pga for another image, gpga for a phase history.")
+    ] = Method.auto,
     centre: Centre = None,
     size: Size = None,
     spacing: Spacing = None,
@@ -47,14 +51,11 @@ def autofocus(
     """Estimate the phase error and write the image without it."""
     target = writable(output)
     item = read(inputs[0] if len(inputs) == 1 else inputs)
-    if method is Method.auto:
-        method = Method.gpga if isinstance(item, PhaseHistory) else Method.pga
-    if method is Method.pga and isinstance(item, PhaseHistory):
-        raise ValueError(f"{inputs[0]}: pga works on an image, got a phase history; use --method gpga, or form the image first")
-    if method is Method.gpga and isinstance(item, Image):
-        raise ValueError(f"{inputs[0]}: gpga works on a phase history, got an image; use --method pga")
+    method = suitable(method, item, inputs[0])
     with progress_bar() as progress:
-        if isinstance(item, Image):
+        if isinstance(item, Image) and method.value in STRIP_METHODS:
+            focused = focus_strip(item, method.value, threads=threads, progress=progress)
+        elif isinstance(item, Image):
             focused = focus_image(item, threads=threads, progress=progress)
         else:
             grid = default_grid(read_history(inputs), centre=centre, size=size, spacing=spacing)
@@ -65,6 +66,21 @@ def autofocus(
     found = focused.image.metadata["autofocus"]
     shown = found if as_json else {name: value for name, value in found.items() if name != "diagnostics"}
     show({"output": str(target)} | shown, as_json=as_json)
+
+
+def suitable(method: Method, item: PhaseHistory | Image, source: Path) -> Method:
+    """Return the method to use; one that can't work on the item is refused."""
+    if isinstance(item, PhaseHistory):
+        if method not in (Method.auto, Method.gpga):
+            raise ValueError(f"{source}: {method.value} works on an image, got a phase history; use --method gpga, or form the image first")
+        return Method.gpga
+    if method is Method.auto:
+        return Method.pga if item.geometry is None else Method.spga_linear
+    if method is Method.gpga:
+        raise ValueError(f"{source}: gpga works on a phase history, got an image; use --method pga")
+    if method.value in STRIP_METHODS and item.geometry is None:
+        raise ValueError(f"{source}: {method.value} needs the stripmap geometry, and this image has none; use --method pga")
+    return method
 
 
 def measure(

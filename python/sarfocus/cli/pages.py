@@ -14,17 +14,19 @@ from .scenes import Seed
 
 def demo(
     output: Annotated[Path, typer.Option("-o", "--output", help="A folder for the report and the result.")] = Path("demo"),
+    scene: Annotated[str, typer.Option("--scene", help="strip or spotlight.")] = "strip",
     seed: Seed = None,
     threads: Threads = 0,
     as_json: Json = False,
 ) -> None:
-    """Simulate a scene with an unrecorded motion, form it, focus it, and write a report."""
+    """Simulate a scene with an unrecorded motion, focus it, and write a report."""
     from .. import demo as program  # noqa: PLC0415  matplotlib only where a page is drawn
 
+    if scene not in program.DEMOS:
+        raise typer.BadParameter(f"no scene {scene!r}, expected one of: {', '.join(program.DEMOS)}")
     output.mkdir(parents=True, exist_ok=True)
     with progress_bar() as progress:
-        options = {} if seed is None else {"seed": seed}
-        figures = program.run(output, threads=threads, progress=progress, **options)
+        figures = program.run(output, scene=scene, seed=seed, threads=threads, progress=progress)
     show(figures, as_json=as_json)
 
 

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from .. import benchmark, experiments
-from ..io import write
+from ..built_in import SCENES
+from ..io import PhaseHistory, write
 from ..io.dispatch import writable
-from ..scenes import SCENES
-from .files import describe_history
+from .files import describe_history, describe_image
 from .output import Json, Output, Threads, progress_bar, show, show_rows
 
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Of the random numbers; printed with the result.")]
@@ -22,19 +22,23 @@ def simulate(
     *,
     output: Output,
     seed: Seed = None,
-    error_rms: Annotated[float, typer.Option("--motion-error", min=0.0, help="RMS of the unrecorded motion, m; 0 for none.")] = 0.012,
+    error_rms: Annotated[
+        float | None, typer.Option("--motion-error", min=0.0, help="RMS of the unrecorded motion, m; 0 for none; by default the scene's.")
+    ] = None,
     threads: Threads = 0,
     as_json: Json = False,
 ) -> None:
-    """Write the phase history of a built-in scene, with a motion error that its recorded trajectory does not know."""
+    """Write a built-in scene with a motion error that nobody recorded: a phase history (spotlight) or an image (strip)."""
     target = writable(output)
     if scene not in SCENES:
         raise typer.BadParameter(f"no scene {scene!r}, expected one of: {', '.join(SCENES)}")
     with progress_bar() as progress:
-        options: dict[str, Any] = {"motion_rms": error_rms, "threads": threads, "progress": progress}
-        made = SCENES[scene](**options) if seed is None else SCENES[scene](seed=seed, **options)
-    write(target, made.history)
-    show({"output": str(target), "scene": scene} | describe_history(made.history), as_json=as_json)
+        chosen = {"seed": seed, "motion_rms": error_rms}
+        options: dict[str, Any] = {"threads": threads, "progress": progress} | {k: v for k, v in chosen.items() if v is not None}
+        made = SCENES[scene](**options).item
+    write(target, made)
+    described = describe_history(made) if isinstance(made, PhaseHistory) else describe_image(made)
+    show({"output": str(target), "scene": scene} | described, as_json=as_json)
 
 
 def reproduce(

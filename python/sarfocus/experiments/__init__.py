@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb, gotcha, xie2023, xie2023_time
+from . import crlb, gotcha, strip_clutter, xie2023, xie2023_time
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
@@ -16,9 +16,14 @@ EXPERIMENTS: dict[str, Experiment] = {
     "xie2023-table3": xie2023.run,
     "xie2023-random": xie2023.run_random,
     "xie2023-time": xie2023_time.run,
+    "strip-clutter": strip_clutter.run,
 }
 MEASURED = frozenset({"gotcha"})  # take a folder of measured data
-PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {"crlb": crlb.draw, "xie2023-table3": xie2023.draw}
+PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {
+    "crlb": crlb.draw,
+    "xie2023-table3": xie2023.draw,
+    "strip-clutter": strip_clutter.draw,
+}
 
 
 def run(name: str, **options: Any) -> Reproduction:

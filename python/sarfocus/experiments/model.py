@@ -36,3 +36,8 @@ class Reproduction(BaseModel):
 def at_most(what: str, value: float, bound: float) -> Requirement:
     """Return the requirement that `value` doesn't exceed `bound`."""
     return Requirement(what=what, bound=bound, value=value, holds=bool(value <= bound))
+
+
+def at_least(what: str, value: float, bound: float) -> Requirement:
+    """Return the requirement that `value` doesn't fall below `bound`."""
+    return Requirement(what=what, bound=bound, value=value, holds=bool(value >= bound))

@@ -12,7 +12,7 @@ from .. import measurement
 from ..experiments.crlb import without_line
 from ..io import Image
 from ..quality import PointResponse
-from . import figures
+from . import figures, strip
 from .model import Comparison, Report, Section, Table
 from .page import versions
 
@@ -22,6 +22,7 @@ CUT_CELLS = 10.0
 STATUS_TEXT = {
     "converged": "Autofocus converged.",
     "not_improved": "Autofocus found nothing to improve; the image is the input, bit for bit.",
+    "gaps": "Autofocus converged where apertures reach; parts of the strip have no strong point.",
     "no_strong_points": "Autofocus found no strong points to work on; the image is the input, bit for bit.",
 }
 
@@ -30,12 +31,15 @@ def build(image: Image, *, title: str, lead: str, what_was_done: Sequence[str] =
     """Build the page of a result; parts whose data the result doesn't hold are left out."""
     states = image_states(image)
     places = image_places(image)
-    responses = [{state: measurement.response(image, at, data, SEARCH) for state, data in states.items()} for at in places]
+    responses = [{state: _response(image, at, state, data) for state, data in states.items()} for at in places]
+    moved = strip.displacements(image, states)
     autofocus = image.metadata.get("autofocus", {})
     sections = [
         *([Section(title="What was done", text=list(what_was_done))] if what_was_done else []),
-        _images(image, states, places),
+        *(strip.image_sections(image, states, places) if strip.is_strip(image) else [_images(image, states, places)]),
         *_phase(image),
+        *strip.displacement_section(image, moved),
+        *strip.seam_section(image),
         *_responses(image, responses),
         *_summary(autofocus),
     ]
@@ -44,7 +48,7 @@ def build(image: Image, *, title: str, lead: str, what_was_done: Sequence[str] =
         title=title,
         lead=lead,
         verdict=_verdict(autofocus, whole, responses),
-        headline=_headline(image, whole, responses),
+        headline=[*_headline(image, whole, responses), *strip.displacement_headline(moved)],
         sections=[*sections, _table(image, whole, responses)],
         parameters=parameters or {},
         timings={name: f"{seconds:.2f} s" for name, seconds in autofocus.get("seconds", {}).items()},
@@ -61,9 +65,19 @@ def image_states(image: Image) -> dict[str, npt.NDArray[np.complex64]]:
 def image_places(image: Image) -> list[tuple[float, float]]:
     """Return the pixels to look at: known targets, or the strongest points."""
     known = image.arrays.get("target_pixels")
+    if known is not None and strip.is_strip(image):
+        return strip.spread(known, SHOWN_POINTS)
     if known is not None:
         return [(float(i), float(j)) for i, j in known[:SHOWN_POINTS]]
     return [(float(i), float(j)) for i, j in measurement.strong_points(image.data, SHOWN_POINTS)]
+
+
+def _response(image: Image, at: tuple[float, float], state: str, data: npt.NDArray[np.complex64]) -> PointResponse:
+    """Measure a point where the state of the image leads one to expect it."""
+    if not strip.is_strip(image):
+        return measurement.response(image, at, data, SEARCH)
+    shift = strip.gauge_shift(image, round(at[1])) if state == "after" else 0.0
+    return measurement.response(image, (at[0] + shift, at[1]), data, strip.SEARCH[state])
 
 
 def _images(image: Image, states: dict[str, npt.NDArray[np.complex64]], places: Sequence[tuple[float, float]]) -> Section:
@@ -100,7 +114,10 @@ def _phase(image: Image) -> list[Section]:
 
 
 def _slow_time(image: Image) -> str:
-    return "pulse" if image.metadata.get("autofocus", {}).get("method") == "gpga" else "azimuth spectrum, bin"
+    method = image.metadata.get("autofocus", {}).get("method")
+    return {"gpga": "pulse", "spga": "azimuth sample (slow time)", "spga_linear": "azimuth sample (slow time)"}.get(
+        method, "azimuth spectrum, bin"
+    )
 
 
 def _responses(image: Image, responses: Sequence[dict[str, PointResponse]]) -> list[Section]:

@@ -13,6 +13,8 @@ from .figures import AFTER, BEFORE, DYNAMIC_RANGE_DB, IDEAL, INK, LINE, SOFT, fi
 
 OTHER = "#7a4fa3"
 MARK = "#f2a33a"
+LIGHT = 0.02  # weight over the largest, of seams that do not set the scale
+STRIP_RANGE_DB, BRIGHTEST = 35.0, 99.98  # of a strip's picture; percentile that is white
 LONGEST = 1400  # pixels of a strip's picture along azimuth
 Lines = Mapping[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]
 FloatArray = npt.NDArray[np.float64]
@@ -59,7 +61,7 @@ def band_figure(panels: Sequence[tuple[str, FloatArray, FloatArray, FloatArray]]
 
 
 def seams_figure(seams: Mapping[str, Any], azimuth: FloatArray, reach: FloatArray, pixels: FloatArray) -> Figure:
-    """Draw the apertures and what stitching leaves of every seam.
+    """Draw the apertures and what stitching leaves of every seam it used; areas are weights, the lightest seams may lie outside.
 
     Parameters
     ----------
@@ -80,16 +82,25 @@ def seams_figure(seams: Mapping[str, Any], azimuth: FloatArray, reach: FloatArra
     weight = np.asarray(seams["weight"], dtype=np.float64)
     left = np.asarray(seams["residual"], dtype=np.float64) * 0.5 * (pixels[first] + pixels[second])
     middle = 0.5 * (azimuth[first] + azimuth[second])
-    used = weight > 0
-    size = 8.0 + 60.0 * weight / max(float(weight.max(initial=0.0)), 1e-30)
-    lower.scatter(middle[used], left[used], s=size[used], color=AFTER, alpha=0.6, linewidths=0, label="used (area: weight)")
-    if not used.all():
-        lower.scatter(middle[~used], left[~used], s=14, color=BEFORE, marker="x", linewidths=0.9, label="not used")
-    lower.legend(frameon=False, fontsize=8, labelcolor=INK)
-    span = 1.3 * float(np.abs(left[used]).max(initial=1e-6))
+    share = weight / max(float(weight.max(initial=0.0)), 1e-30)
+    used = share > 0
+    lower.scatter(middle[used], left[used], s=4.0 + 60.0 * share[used], color=AFTER, alpha=0.6, linewidths=0)
+    span = 1.3 * float(np.abs(left[share > LIGHT]).max(initial=1e-6))
     lower.set(ylabel="residual of the seam (pixels)", xlabel="azimuth (pixels): middle of the overlap", ylim=(-span, span))
     style(upper)
     style(lower)
+    return made
+
+
+def displacement_figure(azimuth: FloatArray, before: FloatArray, after: FloatArray) -> Figure:
+    """Draw by how much known targets (azimuth in m) are displaced along azimuth (m), before and after."""
+    made = figure(9.6, 3.0)
+    axes = made.subplots(1, 1)
+    axes.plot(azimuth, before, "s", color=BEFORE, markersize=4.5, label="before")
+    axes.plot(azimuth, after, "o", color=AFTER, markersize=4.5, label="after")
+    axes.set(xlabel="azimuth (m)", ylabel="displacement (m)")
+    axes.legend(frameon=False, fontsize=8, labelcolor=INK, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    style(axes)
     return made
 
 
@@ -150,7 +161,7 @@ def strip_figure(images: Mapping[str, npt.NDArray[Any]], spacing: tuple[float, f
     n_azimuth, n_range = next(iter(images.values())).shape
     factor = -(-n_azimuth // LONGEST)
     powers = {name: thinned(image, factor) for name, image in images.items()}
-    top = max(float(power.max()) for power in powers.values())
+    top = max(float(np.percentile(power, BRIGHTEST)) for power in powers.values())
     length, across = n_azimuth * spacing[0], n_range * spacing[1]
     made = figure(9.6, len(images) * float(np.clip(8.3 * across / length, 0.8, 4.5)) + 0.9)
     panels = made.subplots(len(images), 1, squeeze=False, sharex=True)[:, 0]
@@ -158,7 +169,7 @@ def strip_figure(images: Mapping[str, npt.NDArray[Any]], spacing: tuple[float, f
     for axes, (name, power) in zip(panels, powers.items(), strict=True):
         level = 10.0 * np.log10(np.maximum(power.T, 1e-12 * top) / top)
         shown = axes.imshow(
-            level, cmap="gray", vmin=-DYNAMIC_RANGE_DB, vmax=0.0, origin="lower", extent=(0, length, 0, across), aspect="auto"
+            level, cmap="gray", vmin=-STRIP_RANGE_DB, vmax=0.0, origin="lower", extent=(0, length, 0, across), aspect="auto"
         )
         for number, (i, j) in enumerate(marks, start=1):
             at = (i * spacing[0], j * spacing[1])
@@ -169,7 +180,7 @@ def strip_figure(images: Mapping[str, npt.NDArray[Any]], spacing: tuple[float, f
     panels[-1].set_xlabel("azimuth (m)")
     if shown is not None:
         bar = made.colorbar(shown, ax=list(panels), pad=0.015, shrink=0.9)
-        bar.set_label("dB below the brightest", color=INK, size=9)
+        bar.set_label("dB", color=INK, size=9)
         bar.ax.tick_params(colors=SOFT, labelsize=8)
         bar.outline.set_edgecolor(LINE)
     return made
@@ -181,17 +192,17 @@ def crops_figure(images: Mapping[str, npt.NDArray[Any]], places: Sequence[tuple[
     grid = made.subplots(len(places), len(images), squeeze=False, sharex=True, sharey="row")
     top = max(float(np.abs(image).max()) for image in images.values())
     n_azimuth, n_range = next(iter(images.values())).shape
+    for name, axes in zip(images, grid[0], strict=True):
+        axes.set_title(name)
     for (azimuth, gate), line in zip(places, grid, strict=True):
         first, last = max(0, round(azimuth) - half[0]), min(n_azimuth, round(azimuth) + half[0] + 1)
         low, high = max(0, round(gate) - half[1]), min(n_range, round(gate) + half[1] + 1)
         extent = (first - azimuth - 0.5, last - azimuth - 0.5, low - gate - 0.5, high - gate - 0.5)
-        for axes, (name, image) in zip(line, images.items(), strict=True):
+        for axes, image in zip(line, images.values(), strict=True):
             level = 20.0 * np.log10(np.maximum(np.abs(image[first:last, low:high]).T / top, 1e-6))
             axes.imshow(level, cmap="gray", vmin=-DYNAMIC_RANGE_DB, vmax=0.0, origin="lower", extent=extent, aspect="auto")
             axes.axvline(0.0, color=MARK, linewidth=0.7, ymin=0.0, ymax=0.18)
             axes.axvline(0.0, color=MARK, linewidth=0.7, ymin=0.82, ymax=1.0)
-            if line is grid[0]:
-                axes.set_title(name)
             style(axes, grid=False)
         line[0].set_ylabel(f"{azimuth:.0f}, {gate:.0f}")
     for axes in grid[-1]:
