@@ -134,11 +134,12 @@ StripPhase integrate_gradient(const Apertures& apertures, const Stitching& stitc
     return autofocus::integrate_gradient(apertures, stitching, run);
 }
 
-StripPhase refine(const Apertures& apertures, const Stitching& stitching, const std::vector<double>& windows, int rounds, double tolerance,
-                  int threads, const py::object& progress) {
+StripPhase refine(const Apertures& apertures, const Stitching& stitching, const std::vector<double>& windows, int rounds, bool bridge,
+                  double tolerance, int threads, const py::object& progress) {
     autofocus::StripRefineOptions options;
     options.windows = windows;
     options.rounds = rounds;
+    options.bridge = bridge;
     options.tolerance = tolerance;
     options.execution = execution(threads, progress);
     const py::gil_scoped_release release;
@@ -182,9 +183,9 @@ PythonResult run_on(const py::object& image, const py::object& out, const Run& r
 }
 
 PythonResult spga_linear(const py::object& image, const StripmapGeometry& geometry, const std::string& matching, const std::string& gauge,
-                         const std::vector<std::pair<double, std::ptrdiff_t>>& tie_points, bool refine, int range_blocks, int points,
-                         const std::string& cfar, double false_alarm_probability, double maximum_contrast, int window, double taper,
-                         int width, bool do_no_harm, const py::object& out, int threads, const py::object& progress) {
+                         const std::vector<std::pair<double, std::ptrdiff_t>>& tie_points, bool refine, bool bridge, int range_blocks,
+                         int points, const std::string& cfar, double false_alarm_probability, double maximum_contrast, int window,
+                         double taper, int width, bool do_no_harm, const py::object& out, int threads, const py::object& progress) {
     autofocus::SpgaLinearOptions options;
     options.matching =
         choice<autofocus::Matching>(matching, "matching", {{"slope", autofocus::Matching::slope}, {"search", autofocus::Matching::search}});
@@ -194,6 +195,7 @@ PythonResult spga_linear(const py::object& image, const StripmapGeometry& geomet
                                               {"tie_points", autofocus::Gauge::tie_points}});
     for (const auto& [azimuth, range] : tie_points) options.tie_points.push_back({azimuth, range});
     options.refine = refine;
+    options.refinement.bridge = bridge;
     options.range_blocks = range_blocks;
     options.select = select_options(points, cfar, false_alarm_probability, maximum_contrast, 0);
     options.extract.window = window;
@@ -435,8 +437,8 @@ Raises
 ------
 ShapeError)");
     m.def("refine", &refine, py::arg("apertures"), py::arg("stitching"), py::kw_only(), py::arg("windows") = refinement.windows,
-          py::arg("rounds") = refinement.rounds, py::arg("tolerance") = refinement.tolerance, py::arg("threads") = 0,
-          py::arg("progress") = py::none(), R"(Maximum-likelihood phase error of stitched apertures.
+          py::arg("rounds") = refinement.rounds, py::arg("bridge") = refinement.bridge, py::arg("tolerance") = refinement.tolerance,
+          py::arg("threads") = 0, py::arg("progress") = py::none(), R"(Maximum-likelihood phase error of stitched apertures.
 
 Constants of all points from their products, coherent sum, rounds with a narrowing window, then phase, constants and linear terms
 together with a smoothness prior whose weight is the most likely one.
@@ -449,6 +451,8 @@ windows : sequence of float
     Shares of the extraction window.
 rounds : int
     Of the joint refinement, at most.
+bridge : bool
+    Join segments between which no aperture overlaps by nothing but the smoothness of the phase.
 tolerance : float
     rad RMS change that ends it.
 threads, progress
@@ -492,8 +496,9 @@ void bind_methods(py::module_& m) {
     const autofocus::SpgaOptions classic;
     m.def("spga_linear", &spga_linear, py::arg("image"), py::arg("geometry"), py::kw_only(), py::arg("matching") = "slope",
           py::arg("gauge") = "zero_mean_shift", py::arg("tie_points") = std::vector<std::pair<double, std::ptrdiff_t>>(),
-          py::arg("refine") = true, py::arg("range_blocks") = linear.range_blocks, py::arg("points") = linear.select.points,
-          py::arg("cfar") = "cell_averaging", py::arg("false_alarm_probability") = linear.select.cfar.false_alarm_probability,
+          py::arg("refine") = true, py::arg("bridge") = false, py::arg("range_blocks") = linear.range_blocks,
+          py::arg("points") = linear.select.points, py::arg("cfar") = "cell_averaging",
+          py::arg("false_alarm_probability") = linear.select.cfar.false_alarm_probability,
           py::arg("maximum_contrast") = linear.select.maximum_contrast, py::arg("window") = linear.extract.window,
           py::arg("taper") = linear.extract.taper, py::arg("width") = linear.search.width, py::arg("do_no_harm") = true,
           py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
@@ -513,6 +518,8 @@ tie_points : sequence of (float, int)
     Azimuth pixel and range gate where points belong, with gauge "tie_points"; one in every segment.
 refine : bool
     Maximum-likelihood refinement; False: the phase steps of the stitched apertures are summed up.
+bridge : bool
+    Join segments between which no aperture overlaps by nothing but the smoothness of the phase; needs refine.
 range_blocks : int
     Blocks of range gates with a phase of their own, interpolated between.
 points, cfar, false_alarm_probability, maximum_contrast

@@ -192,6 +192,7 @@ void SpgaLinearOptions::validate() const {
     slope.validate();
     search.validate();
     refinement.validate();
+    if (refinement.bridge && !refine) throw ValueError("bridge", "refine, whose smoothness it rests on", "bridge without refine");
     if (range_blocks < 1) throw ValueError("range_blocks", "at least 1", std::to_string(range_blocks));
     if (gauge == Gauge::tie_points && tie_points.empty()) throw ValueError("tie_points", "at least one for gauge tie_points", "none");
     for (const TiePoint& tie : tie_points) require_finite_value(tie.azimuth, "tie_points");

@@ -1,5 +1,6 @@
 #include <sarfocus/autofocus/strip.hpp>
 
+#include <algorithm>
 #include <string>
 
 #include <sarfocus/core/error.hpp>
@@ -23,7 +24,11 @@ StripPhase refine_strip_phase(const Apertures& apertures, const Stitching& stitc
     std::vector<bool> use(detail::at(apertures.size()));
     for (std::size_t n = 0; n < use.size(); ++n) use[n] = stitching.segment[n] >= 0;
     const detail::CoherentPhase start = detail::coherent_phase(apertures, stitching, use, options.windows, options.execution);
-    return detail::joint_refinement(apertures, stitching, start, options);
+    if (!options.bridge) return detail::joint_refinement(apertures, stitching, start, options);
+    Stitching joined = stitching;
+    for (int& segment : joined.segment) segment = std::min(segment, 0);
+    joined.segments = std::min(stitching.segments, 1);
+    return detail::joint_refinement(apertures, joined, start, options);
 }
 
 }  // namespace sarfocus::autofocus

@@ -134,7 +134,9 @@ void append_details(const Apertures& apertures, const Stitching& stitching, cons
         details.segment.push_back(phase.segment[at(n)] < 0 ? -1 : details.segments + phase.segment[at(n)]);
         details.held_out_gain.push_back(evidence.held_out_gain[at(n)]);
     }
-    details.segments += stitching.segments;
+    int segments = 0;
+    for (const int segment : phase.segment) segments = std::max(segments, segment + 1);
+    details.segments += segments;
     details.knot = phase.knot;
     if (details.coverage.empty()) details.coverage.assign(at(apertures.n_azimuth), 0.0);
     for (std::size_t k = 0; k < details.coverage.size(); ++k) details.coverage[k] += phase.coverage[k];

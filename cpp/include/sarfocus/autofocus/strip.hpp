@@ -165,7 +165,10 @@ struct StripPhase {
 struct StripRefineOptions {
     /// Windows of the maximum-likelihood rounds round each point's tone, as shares of the extraction window.
     std::vector<double> windows = {1.0, 0.5};
-    int rounds = 6;           ///< of the joint refinement, at most
+    int rounds = 6;  ///< of the joint refinement, at most
+    /// Join segments between which no aperture overlaps, by nothing but the smoothness of the phase: the answer is then one segment, and
+    /// phase_std says how little is known across the gap.
+    bool bridge = false;
     double tolerance = 1e-3;  ///< rad RMS change that ends it: far below any bound met in practice
     Execution execution;
 
