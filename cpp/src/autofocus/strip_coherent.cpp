@@ -29,9 +29,8 @@ cdouble product_of(const Apertures& a, const Lines& lines, std::ptrdiff_t i, std
     const std::ptrdiff_t end = std::min(a.start[at(i)] + a.count[at(i)], a.start[at(j)] + a.count[at(j)]);
     cdouble sum{};
     for (std::ptrdiff_t k = begin; k < end; ++k) {
-        const double weight =
-            std::sqrt(static_cast<double>(a.weight(i, k - a.start[at(i)])) * static_cast<double>(a.weight(j, k - a.start[at(j)])));
-        sum += weight * lines[at(i)][at(k - a.start[at(i)])] * std::conj(lines[at(j)][at(k - a.start[at(j)])]);
+        const auto weight = static_cast<double>(std::sqrt(a.weight(i, k - a.start[at(i)]) * a.weight(j, k - a.start[at(j)])));
+        sum += weight * times_conjugate(lines[at(i)][at(k - a.start[at(i)])], lines[at(j)][at(k - a.start[at(j)])]);
     }
     return sum;
 }
@@ -152,17 +151,18 @@ void add_argument(const std::vector<cdouble>& sum, CoherentPhase& out) {
 
 // One round of maximum likelihood within a window of +-pixels [methods 3].
 void improve(const Apertures& a, const std::vector<bool>& use, double pixels, bool first, CoherentPhase& out, const Execution& execution) {
+    const std::vector<cdouble> rotation = rotation_of(out.phase);
     Lines lines(at(a.size()));
     std::vector<cdouble> gain(at(a.size()));
     parallel_for(execution, "refine", a.size(), [&](std::int64_t n) {
         if (!use[at(n)]) return;
-        lines[at(n)] = whitened_line(a, n, out.phase, out.slope[at(n)]);
+        lines[at(n)] = whitened_line(a, n, rotation, out.slope[at(n)]);
         const double cell = two_pi / static_cast<double>(a.count[at(n)]);
         const double limit = first ? slope_of(a, n, pixels) : 2.0 * cell;
         const double step = strongest_tone(lines[at(n)], limit).slope;
         out.slope[at(n)] += step;
         Ramp ramp(-step, static_cast<double>(a.start[at(n)] - a.points[at(n)].azimuth));
-        for (cdouble& z : lines[at(n)]) z *= ramp.next();
+        for (cdouble& z : lines[at(n)]) z = times(z, ramp.next());
         low_pass(lines[at(n)], pixels * a.fm_rate[at(n)]);
         const Fit f = fit(a, n, lines[at(n)]);
         gain[at(n)] = f.amplitude / std::max({f.noise, noise_floor * std::norm(f.amplitude), 1e-300});
@@ -176,7 +176,7 @@ void improve(const Apertures& a, const std::vector<bool>& use, double pixels, bo
 }  // namespace
 
 CoherentPhase coherent_phase(const Apertures& apertures, const Stitching& stitching, const std::vector<bool>& use,
-                             const std::vector<double>& windows, const Execution& execution) {
+                             const std::vector<double>& windows, int rounds, const Execution& execution) {
     CoherentPhase out;
     out.phase.assign(at(apertures.n_azimuth), 0.0);
     out.reached.assign(at(apertures.n_azimuth), false);
@@ -190,7 +190,7 @@ CoherentPhase coherent_phase(const Apertures& apertures, const Stitching& stitch
         for (const cdouble& z : line) power += std::norm(z);
         const double scale = power > 0.0 ? std::sqrt(static_cast<double>(line.size()) / power) : 0.0;
         Ramp ramp(-out.slope[at(n)], static_cast<double>(apertures.start[at(n)]));
-        for (cdouble& z : line) z *= scale * ramp.next();
+        for (cdouble& z : line) z = times(z, scale * ramp.next());
         lines[at(n)] = std::move(line);
     });
     const std::vector<cdouble> constant = constants_of(links_of(apertures, stitching, lines, use), stitching.segment, use);
@@ -199,7 +199,7 @@ CoherentPhase coherent_phase(const Apertures& apertures, const Stitching& stitch
         if (use[at(n)]) add_line(apertures, n, lines[at(n)], constant[at(n)], sum);
     add_argument(sum, out);
     for (const double share : windows)
-        for (const bool first : {true, false}) improve(apertures, use, share * apertures.window, first, out, execution);
+        for (int round = 0; round < rounds; ++round) improve(apertures, use, share * apertures.window, round == 0, out, execution);
     return out;
 }
 

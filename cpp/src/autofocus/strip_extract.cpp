@@ -145,23 +145,16 @@ double power_of_the_middle(const cfloat* ideal, std::ptrdiff_t length, double ap
 }
 
 // Power of an ideal point over that of clutter, 1 where the aperture is even. Clutter of the piece has the apertures of its own pixels: its
-// power is that of the ideal point, averaged over the window.
+// power is that of the ideal point, averaged over the window (over a box of the same area as the squared window).
 std::vector<double> signal_to_noise(const cfloat* ideal, std::ptrdiff_t length, double window) {
-    const auto reach = static_cast<std::ptrdiff_t>(std::ceil(window));
-    std::vector<double> shape;
-    double sum = 0.0;
-    for (std::ptrdiff_t i = -reach; i <= reach; ++i) {
-        const double w = edge(std::abs(static_cast<double>(i)) / window, 0.25);
-        shape.push_back(w * w);
-        sum += w * w;
-    }
+    std::vector<double> sums(at(length + 1), 0.0);
+    for (std::ptrdiff_t k = 0; k < length; ++k) sums[at(k + 1)] = sums[at(k)] + std::norm(cdouble(ideal[k]));
+    const auto reach = static_cast<std::ptrdiff_t>(std::lround(0.84 * window));
     std::vector<double> out(at(length));
     for (std::ptrdiff_t k = 0; k < length; ++k) {
-        double noise = 0.0;
-        for (std::ptrdiff_t i = -reach; i <= reach; ++i)
-            if (k + i >= 0 && k + i < length) noise += shape[at(i + reach)] * std::norm(cdouble(ideal[k + i]));
+        const double noise = sums[at(std::min(k + reach + 1, length))] - sums[at(std::max<std::ptrdiff_t>(k - reach, 0))];
         const double signal = std::norm(cdouble(ideal[k]));
-        out[at(k)] = noise > 0.0 ? signal * sum / noise : 0.0;
+        out[at(k)] = noise > 0.0 ? signal * static_cast<double>(2 * reach + 1) / noise : 0.0;
     }
     return out;
 }

@@ -152,8 +152,9 @@ StripPhase integrate_gradient(const Apertures& apertures, const Stitching& stitc
     out.noise.assign(count, 0.0);
     out.information.assign(count, 0.0);
     double total = 0.0;
+    const std::vector<cdouble> rotation = detail::rotation_of(out.phase);
     for (std::ptrdiff_t i = 0; i < apertures.size(); ++i) {
-        const detail::Tone tone = detail::strongest_tone(detail::whitened_line(apertures, i, out.phase, stitching.slope[at(i)]),
+        const detail::Tone tone = detail::strongest_tone(detail::whitened_line(apertures, i, rotation, stitching.slope[at(i)]),
                                                          detail::slope_of(apertures, i, 4.0));
         out.slope[at(i)] += tone.slope;
         out.signal[at(i)] = power[at(i)] * tone.coherence;

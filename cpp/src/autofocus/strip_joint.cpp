@@ -142,11 +142,11 @@ private:
     }
 
     void take_lines() {
-        const std::vector<double> phase = samples();
+        const std::vector<cdouble> rotation = rotation_of(samples());
         lines_.assign(points_.size(), {});
         parallel_for(options_.execution, "refine", static_cast<std::int64_t>(points_.size()), [&](std::int64_t i) {
             const std::ptrdiff_t p = points_[at(i)];
-            const std::vector<cdouble> line = whitened_line(apertures_, p, phase, slope_[at(i)]);
+            const std::vector<cdouble> line = whitened_line(apertures_, p, rotation, slope_[at(i)]);
             const std::ptrdiff_t start = apertures_.start[at(p)];
             BinnedLine out;
             out.point = p;

@@ -39,7 +39,7 @@ double newton_step(const std::vector<cdouble>& z, double slope, double middle) {
     cdouble s1{};
     cdouble s2{};
     for (std::size_t k = 0; k < z.size(); ++k) {
-        const cdouble y = z[k] * ramp.next();
+        const cdouble y = times(z[k], ramp.next());
         const double x = static_cast<double>(k) - middle;
         s0 += y;
         s1 += x * y;
@@ -49,6 +49,26 @@ double newton_step(const std::vector<cdouble>& z, double slope, double middle) {
     const double curvature = 2.0 * (std::norm(s1) - std::real(s2 * std::conj(s0)));
     const double limit = pi / static_cast<double>(z.size());
     return curvature < 0.0 ? std::clamp(-gradient / curvature, -limit, limit) : 0.0;
+}
+
+// The strongest cell of the periodogram, rad a sample.
+double periodogram_peak(const std::vector<cdouble>& z, double limit) {
+    const std::ptrdiff_t length = plan_length(2 * static_cast<std::ptrdiff_t>(z.size()));
+    Array<cdouble, 1> spectrum({length});
+    std::copy(z.begin(), z.end(), spectrum.data());
+    kept_plan(length, fft::Direction::forward).execute(spectrum.data());
+    const double step = two_pi / static_cast<double>(length);
+    const auto reach = std::min(static_cast<std::ptrdiff_t>(limit / step), length / 2 - 1);
+    std::ptrdiff_t peak = 0;
+    double power = -1.0;
+    for (std::ptrdiff_t f = -reach; f <= reach; ++f) {
+        const double here = std::norm(spectrum(f < 0 ? f + length : f));
+        if (here > power) {
+            power = here;
+            peak = f;
+        }
+    }
+    return step * static_cast<double>(peak);
 }
 
 }  // namespace
@@ -76,38 +96,33 @@ Tone strongest_tone(const std::vector<cdouble>& signal, double limit) {
         std::clamp<std::ptrdiff_t>(std::min(n / longest_tone, static_cast<std::ptrdiff_t>(0.25 * pi / limit)), 1, n);
     const std::vector<cdouble> z = averaged(signal, factor);
 
-    const std::ptrdiff_t length = plan_length(3 * static_cast<std::ptrdiff_t>(z.size()));
-    Array<cdouble, 1> spectrum({length});
-    std::copy(z.begin(), z.end(), spectrum.data());
-    kept_plan(length, fft::Direction::forward).execute(spectrum.data());
-    const double step = two_pi / static_cast<double>(length);
-    const auto reach = std::min(static_cast<std::ptrdiff_t>(limit * static_cast<double>(factor) / step), length / 2 - 1);
-    std::ptrdiff_t peak = 0;
-    for (std::ptrdiff_t f = -reach; f <= reach; ++f) {
-        const std::ptrdiff_t bin = f < 0 ? f + length : f;
-        if (std::norm(spectrum(bin)) > std::norm(spectrum(peak < 0 ? peak + length : peak))) peak = f;
-    }
+    const double cell = two_pi / static_cast<double>(n);
+    double slope = limit > 2.0 * cell ? periodogram_peak(z, limit * static_cast<double>(factor)) : 0.0;
     const double middle = 0.5 * static_cast<double>(z.size() - 1);
-    double slope = step * static_cast<double>(peak);
     for (int i = 0; i < 4; ++i) slope += newton_step(z, slope, middle);
 
-    out.slope = slope / static_cast<double>(factor);
+    out.slope = std::clamp(slope / static_cast<double>(factor), -limit - cell, limit + cell);
     Ramp ramp(-out.slope, -0.5 * static_cast<double>(n - 1));
-    for (const cdouble& value : signal) out.sum += value * ramp.next();
+    for (const cdouble& value : signal) out.sum += times(value, ramp.next());
     out.coherence = std::norm(out.sum) / (static_cast<double>(n) * power);
     return out;
 }
 
-std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<double>& phase, double slope) {
+std::vector<cdouble> rotation_of(const std::vector<double>& phase) {
+    std::vector<cdouble> out(phase.size());
+    for (std::size_t k = 0; k < phase.size(); ++k) out[k] = std::polar(1.0, -phase[k]);
+    return out;
+}
+
+std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<cdouble>& rotation, double slope) {
     const std::ptrdiff_t start = apertures.start[at(n)];
     std::vector<cdouble> out(at(apertures.count[at(n)]));
     Ramp ramp(-slope, static_cast<double>(start - apertures.points[at(n)].azimuth));
     for (std::size_t i = 0; i < out.size(); ++i) {
         const auto k = static_cast<std::ptrdiff_t>(i);
-        const double root = std::sqrt(static_cast<double>(apertures.weight(n, k)));
-        const cdouble turn = ramp.next();
-        const cdouble back = phase.empty() ? turn : turn * std::polar(1.0, -phase[at(start + k)]);
-        out[i] = root * cdouble(apertures.lines(n, k)) * back;
+        const cdouble sample = cdouble(std::sqrt(apertures.weight(n, k)) * apertures.lines(n, k));
+        out[i] = times(sample, ramp.next());
+        if (!rotation.empty()) out[i] = times(out[i], rotation[at(start + k)]);
     }
     return out;
 }

@@ -15,13 +15,21 @@ namespace sarfocus::autofocus::detail {
     return static_cast<std::size_t>(i);
 }
 
+/// Complex product without the test for infinities that the operator of the standard makes.
+[[nodiscard]] inline cdouble times(const cdouble& a, const cdouble& b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+[[nodiscard]] inline cdouble times_conjugate(const cdouble& a, const cdouble& b) {
+    return {a.real() * b.real() + a.imag() * b.imag(), a.imag() * b.real() - a.real() * b.imag()};
+}
+
 /// exp(j slope k) for k = first, first + 1, …, by recurrence.
 class Ramp {
 public:
     Ramp(double slope, double first) : value_(std::polar(1.0, slope * first)), step_(std::polar(1.0, slope)) {}
     cdouble next() {
         const cdouble out = value_;
-        value_ *= step_;
+        value_ = times(value_, step_);
         return out;
     }
 
@@ -47,8 +55,11 @@ struct Tone {
 /// longer than 512 samples are averaged down as far as the limit allows.
 [[nodiscard]] Tone strongest_tone(const std::vector<cdouble>& signal, double limit);
 
-/// Line n times the root of its weights (white noise), turned by -phase(k), -slope (k - azimuth): [count].
-[[nodiscard]] std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<double>& phase,
+/// exp(-j phase).
+[[nodiscard]] std::vector<cdouble> rotation_of(const std::vector<double>& phase);
+
+/// Line n times the root of its weights (white noise), times rotation(k) where there is one, turned by -slope (k - azimuth): [count].
+[[nodiscard]] std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<cdouble>& rotation,
                                                  double slope);
 
 /// Slope limit within which a point's tone is looked for: displacements up to `pixels`.
@@ -79,9 +90,10 @@ struct CoherentPhase {
     std::vector<bool> reached;  ///< [n_azimuth]
 };
 
-/// Only the points with use[n]; stitching.segment must be that of the points in use. `windows` as in StripRefineOptions.
+/// Only the points with use[n]; stitching.segment must be that of the points in use. `windows` as in StripRefineOptions; so many rounds in
+/// each.
 [[nodiscard]] CoherentPhase coherent_phase(const Apertures& apertures, const Stitching& stitching, const std::vector<bool>& use,
-                                           const std::vector<double>& windows, const Execution& execution);
+                                           const std::vector<double>& windows, int rounds, const Execution& execution);
 
 /// `stitch` of the points in use alone; the others get segment -1.
 [[nodiscard]] Stitching stitch_some(const Apertures& apertures, const std::vector<Seam>& seams, const std::vector<bool>& use);

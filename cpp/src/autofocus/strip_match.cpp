@@ -36,8 +36,8 @@ std::vector<cdouble> conjugate_product(const Apertures& a, std::ptrdiff_t i, std
     for (std::ptrdiff_t k = o.begin; k < o.end; ++k) {
         const std::ptrdiff_t ki = k - a.start[at(i)];
         const std::ptrdiff_t kj = k - a.start[at(j)];
-        const double weight = std::sqrt(static_cast<double>(a.weight(i, ki)) * static_cast<double>(a.weight(j, kj)));
-        out[at(k - o.begin)] = weight * cdouble(a.lines(i, ki)) * std::conj(cdouble(a.lines(j, kj)));
+        const auto weight = static_cast<double>(std::sqrt(a.weight(i, ki) * a.weight(j, kj)));
+        out[at(k - o.begin)] = weight * detail::times_conjugate(cdouble(a.lines(i, ki)), cdouble(a.lines(j, kj)));
     }
     return out;
 }
@@ -72,7 +72,7 @@ std::vector<std::ptrdiff_t> spread(const std::vector<std::ptrdiff_t>& partners, 
 // Sum of H(k + 1) conj H(k): its argument is the slope of H's phase.
 cdouble phase_step(const std::vector<cdouble>& product) {
     cdouble sum{};
-    for (std::size_t k = 1; k < product.size(); ++k) sum += product[k] * std::conj(product[k - 1]);
+    for (std::size_t k = 1; k < product.size(); ++k) sum += detail::times_conjugate(product[k], product[k - 1]);
     return sum;
 }
 

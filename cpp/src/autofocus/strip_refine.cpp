@@ -23,7 +23,7 @@ StripPhase refine_strip_phase(const Apertures& apertures, const Stitching& stitc
         throw ShapeError("stitching", std::to_string(apertures.size()) + " points", std::to_string(stitching.slope.size()));
     std::vector<bool> use(detail::at(apertures.size()));
     for (std::size_t n = 0; n < use.size(); ++n) use[n] = stitching.segment[n] >= 0;
-    const detail::CoherentPhase start = detail::coherent_phase(apertures, stitching, use, options.windows, options.execution);
+    const detail::CoherentPhase start = detail::coherent_phase(apertures, stitching, use, options.windows, 2, options.execution);
     if (!options.bridge) return detail::joint_refinement(apertures, stitching, start, options);
     Stitching joined = stitching;
     for (int& segment : joined.segment) segment = std::min(segment, 0);

@@ -83,7 +83,7 @@ std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOpti
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)  // left out of the estimate, moved by it all the same
         if (phase.segment[at(n)] < 0)
             phase.slope[at(n)] =
-                strongest_tone(whitened_line(apertures, n, phase.phase, 0.0), slope_of(apertures, n, apertures.window)).slope;
+                strongest_tone(whitened_line(apertures, n, rotation_of(phase.phase), 0.0), slope_of(apertures, n, apertures.window)).slope;
     std::vector<double> after(before.size());
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n) after[at(n)] = apertures.shift(n, phase.slope[at(n)]);
     int segments = 0;
