@@ -160,7 +160,7 @@ py::array azimuth_correct(const py::object& image, const StripmapGeometry& geome
         for (std::ptrdiff_t b = 0; b < given.view.extent(0); ++b) middle.push_back(given.view(b));
     }
     const auto corrected = output<cfloat, 2>(out, source.view.extents(), out.is(image) ? nullptr : &source.owner);
-    focus::AzimuthOptions options;
+    focus::AzimuthCorrectOptions options;
     options.execution = execution(threads, progress);
     {
         const py::gil_scoped_release release;

@@ -302,7 +302,7 @@ void correct_cross_track(const ImageView& image, const geometry::StripmapGeometr
         for (std::ptrdiff_t k = 0; k < phase.extent(1); ++k) phase(u, k) = radians * displacement(k, u);
         for (std::ptrdiff_t g = 0; g < n_range; ++g) scale(u, g) = look(slant_range(g), height)[at(u)];
     }
-    focus::AzimuthOptions options;
+    focus::AzimuthCorrectOptions options;
     options.execution = execution;
     focus::azimuth_correct(image, geometry, phase.view(), scale.view(), corrected, options);
 }

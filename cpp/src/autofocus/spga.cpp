@@ -8,7 +8,6 @@
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/focus/azimuth.hpp>
-#include <sarfocus/quality/image_measures.hpp>
 
 #include "stopwatch.hpp"
 #include "strip_lines.hpp"
@@ -88,7 +87,7 @@ void SpgaOptions::validate() const {
 
 Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const SpgaOptions& options) {
     options.validate();
-    detail::require_strip_input(image, geometry, corrected, options.execution);
+    detail::require_strip_input(image, geometry, corrected);
     const auto n = at(image.extent(0));
     Result result;
     result.threads = resolve_threads(options.execution.threads);
@@ -104,10 +103,7 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
         detail::copy_image(image, kept.view(), options.execution);
     }
     const ImageView input = kept.empty() ? image : ImageView(kept.view());
-    focus::AzimuthOptions azimuth;
-    azimuth.execution = options.execution;
-    if (options.do_no_harm) result.score.entropy_before = quality::entropy(input, options.execution);
-    clock.lap("score");
+    clock.lap("copy");
     double share = 1.0;
     Pass pass;
     for (int i = 0; i < options.iterations; ++i) {
@@ -115,7 +111,10 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
         if (pass.apertures.size() == 0) break;
         add_round(pass, result);
         const ArrayView<const double, 2> phase(pass.phase.phase.data(), {1, image.extent(0)});
-        focus::azimuth_correct(i == 0 ? input : ImageView(corrected), geometry, phase, {0.0}, corrected, azimuth);
+        detail::EntropyWatch watch(image.extent(0), image.extent(1));
+        focus::azimuth_correct(i == 0 ? input : ImageView(corrected), geometry, phase, {0.0}, corrected, watch.options(options.execution));
+        if (i == 0) result.score.entropy_before = watch.before();
+        result.score.entropy_after = watch.after();
         clock.lap("correct");
         share = std::max(share * options.narrowing, 0.25);
     }
@@ -132,11 +131,9 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
         detail::append_details(pass.apertures, pass.stitching, pass.phase, shift, none, result);
     }
     if (options.do_no_harm) {
-        result.score.entropy_after = quality::entropy(corrected, options.execution);
         result.score.improved = result.score.entropy_after < result.score.entropy_before;
         result.score.reason =
             result.score.improved ? "the entropy of the whole image falls" : "the entropy of the whole image does not fall";
-        clock.lap("score");
         if (!result.score.improved) {
             result.status = Status::not_improved;
             detail::copy_image(input, corrected, options.execution);

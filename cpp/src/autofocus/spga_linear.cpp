@@ -128,7 +128,13 @@ std::vector<RangeBlock> run_blocks(const ImageView& image, const StripmapGeometr
     const std::vector<std::ptrdiff_t> edges = block_edges(image.extent(1), options.range_blocks);
     for (std::size_t b = 0; b + 1 < edges.size(); ++b) {
         const std::ptrdiff_t count = edges[b + 1] - edges[b];
-        RangeBlock block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, clock);
+        RangeBlock block;
+        try {
+            block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, clock);
+        } catch (const NumericalError&) {
+            require_finite(image, "image", options.execution.threads);  // with its place in the whole image
+            throw;
+        }
         for (StripPoint& p : block.apertures.points) p.range += edges[b];
         block.centre = mean_gate(block);
         out.push_back(std::move(block));
@@ -201,7 +207,7 @@ void SpgaLinearOptions::validate() const {
 
 Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const SpgaLinearOptions& options) {
     options.validate();
-    detail::require_strip_input(image, geometry, corrected, options.execution);
+    detail::require_strip_input(image, geometry, corrected);
     if (options.range_blocks > image.extent(1))
         throw ValueError("range_blocks", "at most the " + std::to_string(image.extent(1)) + " range gates",
                          std::to_string(options.range_blocks));

@@ -151,23 +151,37 @@ void copy_image(const ImageView& from, const MutableImageView& to, const Executi
     });
 }
 
+EntropyWatch::EntropyWatch(std::ptrdiff_t n_azimuth, std::ptrdiff_t n_range)
+    : n_azimuth_(n_azimuth), before_(at(n_range)), after_(at(n_range)) {}
+
+focus::AzimuthCorrectOptions EntropyWatch::options(const Execution& execution) {
+    focus::AzimuthCorrectOptions out;
+    out.before = [this](std::ptrdiff_t gate, const cfloat* samples) { before_[at(gate)] = quality::entropy_sums(samples, n_azimuth_); };
+    out.after = [this](std::ptrdiff_t gate, const cfloat* samples) { after_[at(gate)] = quality::entropy_sums(samples, n_azimuth_); };
+    out.execution = execution;
+    return out;
+}
+
+quality::EntropySums EntropyWatch::total(const std::vector<quality::EntropySums>& sums) {
+    quality::EntropySums out;
+    for (const quality::EntropySums& gate : sums) out += gate;
+    return out;
+}
+
 void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
                      const std::vector<double>& centres, const MutableImageView& corrected, bool judge, const Execution& execution,
                      Result& result) {
-    focus::AzimuthOptions options;
-    options.execution = execution;
     Array<cfloat, 2> kept;  // of an image that is corrected in its own memory
-    if (judge) {
-        result.score.entropy_before = quality::entropy(image, execution);
-        if (image.data() == corrected.data()) {
-            require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the input, to hand it back where it gets no better");
-            kept = Array<cfloat, 2>(image.extents());
-            copy_image(image, kept.view(), execution);
-        }
+    if (judge && image.data() == corrected.data()) {
+        require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the input, to hand it back where it gets no better");
+        kept = Array<cfloat, 2>(image.extents());
+        copy_image(image, kept.view(), execution);
     }
-    focus::azimuth_correct(image, geometry, phase, centres, corrected, options);
+    EntropyWatch watch(image.extent(0), image.extent(1));
+    focus::azimuth_correct(image, geometry, phase, centres, corrected, watch.options(execution));
+    result.score.entropy_before = watch.before();
+    result.score.entropy_after = watch.after();
     if (judge) {
-        result.score.entropy_after = quality::entropy(corrected, execution);
         if (!(result.score.entropy_after < result.score.entropy_before)) {
             result.score.improved = false;
             result.score.reason += "; but the entropy of the whole image does not fall";
@@ -192,11 +206,9 @@ Status coverage_status(const Result& result, const geometry::StripmapGeometry& g
     return ends && whole && result.strip.segments <= blocks ? Status::converged : Status::gaps;
 }
 
-void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected,
-                         const Execution& execution) {
+void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected) {
     require_strip_image(image, geometry);
     require_same_shape(corrected, "out", image, "image");
-    require_finite(image, "image", execution.threads);
     for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
         for (std::ptrdiff_t j = 0; j < image.extent(1); ++j)
             if (image(i, j) != cfloat{}) return;

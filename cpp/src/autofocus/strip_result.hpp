@@ -5,6 +5,8 @@
 #include <sarfocus/autofocus/result.hpp>
 #include <sarfocus/autofocus/spga.hpp>
 #include <sarfocus/autofocus/strip.hpp>
+#include <sarfocus/focus/azimuth.hpp>
+#include <sarfocus/quality/image_measures.hpp>
 
 #include "strip_score.hpp"
 
@@ -32,14 +34,30 @@ void copy_image(const ImageView& from, const MutableImageView& to, const Executi
 /// for half an aperture, beyond which the phase goes on as a line.
 [[nodiscard]] Status coverage_status(const Result& result, const geometry::StripmapGeometry& geometry);
 
+/// The entropy of an image and of what a correction makes of it, measured as their range gates go by.
+class EntropyWatch {
+public:
+    EntropyWatch(std::ptrdiff_t n_azimuth, std::ptrdiff_t n_range);
+    /// For focus::azimuth_correct; the watch must outlive the call.
+    [[nodiscard]] focus::AzimuthCorrectOptions options(const Execution& execution);
+    [[nodiscard]] double before() const { return total(before_).entropy(); }
+    [[nodiscard]] double after() const { return total(after_).entropy(); }
+
+private:
+    [[nodiscard]] static quality::EntropySums total(const std::vector<quality::EntropySums>& sums);
+
+    std::ptrdiff_t n_azimuth_;
+    std::vector<quality::EntropySums> before_;
+    std::vector<quality::EntropySums> after_;
+};
+
 /// Corrects the image, keeps the correction where the entropy of the whole image falls (or `judge` is false), hands the input back
 /// otherwise. Sets phase_error, status and the entropies of the score.
 void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
                      const std::vector<double>& centres, const MutableImageView& corrected, bool judge, const Execution& execution,
                      Result& result);
 
-/// Throws where an image can't be focused: wrong shape, NaN, all zero.
-void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected,
-                         const Execution& execution);
+/// Throws where an image can't be focused: wrong shape, all zero. NaN and infinity are found by the selection, which sees every pixel.
+void require_strip_input(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& corrected);
 
 }  // namespace sarfocus::autofocus::detail

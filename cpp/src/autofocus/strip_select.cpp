@@ -25,6 +25,9 @@ constexpr std::ptrdiff_t gates_of_a_block = 8;        // one cache line of a row
 constexpr std::ptrdiff_t sections_per_aperture = 16;  // of azimuth, each with one candidate a gate
 constexpr int candidates_per_wanted = 6;              // tested, for one that is wanted
 
+// A gate's energy is not finite; which sample is at fault is found out afterwards.
+class NotFinite {};
+
 // Sections of azimuth, each some pixels long.
 struct Sections {
     std::ptrdiff_t length = 1;
@@ -89,8 +92,7 @@ void best_boxes(const ImageView& image, std::ptrdiff_t first_gate, const Section
         total[at(g)] = sums.sum(0, n, g);
         // Twelve digits below the gate's own energy there is nothing to be seen.
         clutter[at(g)] = std::max(clutter_power(sums, g, n), 1e-12 * total[at(g)]);
-        if (!std::isfinite(total[at(g)]))
-            throw NumericalError("image: expected finite pixels, got NaN or infinity in range gate " + std::to_string(first_gate + g));
+        if (!std::isfinite(total[at(g)])) throw NotFinite();
     }
     const double cell = geometry.prf / geometry.doppler_bandwidth;  // pixels
     for (const int extent : extents) {
@@ -148,6 +150,16 @@ std::vector<std::vector<StripPoint>> candidates_of(const ImageView& image, const
         });
     }
     return out;
+}
+
+std::vector<std::vector<StripPoint>> finite_candidates_of(const ImageView& image, const StripmapGeometry& geometry,
+                                                          const Sections& sections, const StripSelectOptions& options) {
+    try {
+        return candidates_of(image, geometry, sections, options);
+    } catch (const NotFinite&) {
+        require_finite(image, "image", options.execution.threads);
+        throw NumericalError("image: expected pixels whose energy fits a number, got larger ones");
+    }
 }
 
 bool by_statistic(const StripPoint& a, const StripPoint& b) {
@@ -230,7 +242,7 @@ std::vector<StripPoint> select_strip_points(const ImageView& image, const Stripm
 
     std::vector<StripPoint> points;
     const auto per_section = at(candidates_per_wanted * wanted / sections.count + 8);
-    for (auto& section : candidates_of(image, geometry, sections, options)) {
+    for (auto& section : finite_candidates_of(image, geometry, sections, options)) {
         if (section.size() > per_section) section.resize(per_section);
         points.insert(points.end(), section.begin(), section.end());
     }

@@ -164,14 +164,15 @@ void require_centres(const std::vector<double>& centres, const ArrayView<const d
 
 template <class Factors>
 void correct(const ImageView& image, const StripmapGeometry& geometry, const Factors& factors, const MutableImageView& corrected,
-             const Execution& execution) {
+             const AzimuthCorrectOptions& options) {
     const std::ptrdiff_t n = image.extent(0);
     const fft::Plan<float> forward(n, fft::Direction::forward);
     const fft::Plan<float> inverse(n, fft::Direction::inverse);
     const std::vector<double> f2 = squared_frequencies(geometry, n);
     const float scale = 1.0f / static_cast<float>(n);
-    walk_gates(image, "image", corrected, "correct", execution, [&](cfloat* line, std::ptrdiff_t gate) {
+    walk_gates(image, "image", corrected, "correct", options.execution, [&](cfloat* line, std::ptrdiff_t gate) {
         const double rate = 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate));
+        if (options.before) options.before(gate, line);
         forward.execute(line);
         if (!is_finite(line[0])) return false;
         apply_phase(line, f2.data(), n, rate, scale);
@@ -182,6 +183,7 @@ void correct(const ImageView& image, const StripmapGeometry& geometry, const Fac
         forward.execute(line);
         apply_phase(line, f2.data(), n, -rate, scale);
         inverse.execute(line);
+        if (options.after) options.after(gate, line);
         return true;
     });
 }
@@ -199,15 +201,15 @@ void azimuth_decompress(const ImageView& image, const StripmapGeometry& geometry
 }
 
 void azimuth_correct(const ImageView& image, const StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
-                     const std::vector<double>& centres, const MutableImageView& corrected, const AzimuthOptions& options) {
+                     const std::vector<double>& centres, const MutableImageView& corrected, const AzimuthCorrectOptions& options) {
     require_strip(image, "image", geometry, corrected, "corrected");
     require_phase(phase, image.extent(0));
     require_centres(centres, phase);
-    correct(image, geometry, PhaseOfGate(phase, centres), corrected, options.execution);
+    correct(image, geometry, PhaseOfGate(phase, centres), corrected, options);
 }
 
 void azimuth_correct(const ImageView& image, const StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
-                     const ArrayView<const double, 2>& scale, const MutableImageView& corrected, const AzimuthOptions& options) {
+                     const ArrayView<const double, 2>& scale, const MutableImageView& corrected, const AzimuthCorrectOptions& options) {
     require_strip(image, "image", geometry, corrected, "corrected");
     require_phase(phase, image.extent(0));
     if (scale.extent(0) != phase.extent(0) || scale.extent(1) != image.extent(1))
@@ -215,7 +217,7 @@ void azimuth_correct(const ImageView& image, const StripmapGeometry& geometry, c
                          shape_text(std::array<std::ptrdiff_t, 2>{phase.extent(0), image.extent(1)}) + ", one for each row of phase",
                          shape_text(scale.extents()));
     require_finite(scale, "scale");
-    correct(image, geometry, ScaledPhaseOfGate(phase, scale), corrected, options.execution);
+    correct(image, geometry, ScaledPhaseOfGate(phase, scale), corrected, options);
 }
 
 }  // namespace sarfocus::focus

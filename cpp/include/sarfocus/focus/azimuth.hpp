@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include <sarfocus/core/array_view.hpp>
@@ -32,6 +34,15 @@ SARFOCUS_API void azimuth_compress(const ImageView& raw, const geometry::Stripma
 SARFOCUS_API void azimuth_decompress(const ImageView& image, const geometry::StripmapGeometry& geometry, const MutableImageView& raw,
                                      const AzimuthOptions& options = {});
 
+/// Sees every range gate of an image as it goes by, while it is in cache: called by any thread, once for each gate.
+using GateVisitor = std::function<void(std::ptrdiff_t gate, const cfloat* samples)>;
+
+struct AzimuthCorrectOptions {
+    GateVisitor before;  ///< optional: [n_azimuth] of the image
+    GateVisitor after;   ///< optional: [n_azimuth] of the corrected image
+    Execution execution;
+};
+
 /// Takes a phase error over slow time off a compressed strip: azimuth_decompress, times exp(-j phase), azimuth_compress, in one pass
 /// through memory. The phase of range gate g is interpolated linearly between the rows of `phase`, which belong to the gates `centres`;
 /// before the first and behind the last it stays the same.
@@ -40,12 +51,12 @@ SARFOCUS_API void azimuth_decompress(const ImageView& image, const geometry::Str
 /// azimuth_compress. Throws as that does.
 SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::StripmapGeometry& geometry,
                                   const ArrayView<const double, 2>& phase, const std::vector<double>& centres,
-                                  const MutableImageView& corrected, const AzimuthOptions& options = {});
+                                  const MutableImageView& corrected, const AzimuthCorrectOptions& options = {});
 
 /// The same for a phase made of shapes over slow time that are scaled from gate to gate: that of gate g is the sum over m of
 /// scale(m, g) phase(m, k). phase: [n_shape, n_azimuth], rad; scale: [n_shape, n_range].
 SARFOCUS_API void azimuth_correct(const ImageView& image, const geometry::StripmapGeometry& geometry,
                                   const ArrayView<const double, 2>& phase, const ArrayView<const double, 2>& scale,
-                                  const MutableImageView& corrected, const AzimuthOptions& options = {});
+                                  const MutableImageView& corrected, const AzimuthCorrectOptions& options = {});
 
 }  // namespace sarfocus::focus

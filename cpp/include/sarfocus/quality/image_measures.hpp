@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include <sarfocus/core/array_view.hpp>
 #include <sarfocus/core/execution.hpp>
 #include <sarfocus/core/export.hpp>
@@ -12,6 +14,23 @@ namespace sarfocus::quality {
 
 /// E = -sum P ln P with P = |I|^2 / sum |I|^2, in nats [Xie2023, eq. 23]. 0 for a single bright pixel, ln(size) for a flat image.
 [[nodiscard]] SARFOCUS_API double entropy(const ImageView& image, const Execution& execution = {});
+
+/// What an entropy is made of, so that an image may be measured piece by piece while it goes by.
+struct EntropySums {
+    double power = 0.0;     ///< sum of I = |x|^2
+    double weighted = 0.0;  ///< sum of I ln I
+
+    EntropySums& operator+=(const EntropySums& other) {
+        power += other.power;
+        weighted += other.weighted;
+        return *this;
+    }
+    /// ln(power) - weighted / power, nats; at least 0. NaN where power is zero or not finite.
+    [[nodiscard]] SARFOCUS_API double entropy() const;
+};
+
+/// Of samples [n] next to one another in memory; NaN and infinity show in `power`. The logarithm is good to 1e-12.
+[[nodiscard]] SARFOCUS_API EntropySums entropy_sums(const cfloat* samples, std::ptrdiff_t n);
 
 /// -sum P log10 P, P as in `entropy` [Luo2025, eq. 19-20]. The printed equation repeats every factor; taken at its word it would not be
 /// normalised and would change with the scale of the image. Read like this it gives the paper's figures (6.74 for 2k x 4k of plain sand:
