@@ -210,7 +210,7 @@ TEST(AzimuthCorrect, BitsDependOnNeitherThreadsNorStridesNorPlace) {
     const Array<double, 2> phase = phases(2, n);
     const std::vector<double> centres = {10.0, 50.5};
     Image reference({n, n_range});
-    AzimuthOptions options;
+    AzimuthCorrectOptions options;
     options.execution.threads = 1;
     azimuth_correct(image.view(), geometry, phase.view(), centres, reference.view(), options);
     Array<double, 2> wide({n, 3});
@@ -260,9 +260,27 @@ TEST(AzimuthCorrect, RefusesHostileInput) {
         EXPECT_NE(std::string(error.what()).find("[7, 2]"), std::string::npos) << error.what();
     }
     image(7, 2) = {};
-    AzimuthOptions options;
+    AzimuthCorrectOptions options;
     options.execution.progress = [](const ProgressUpdate&) { return false; };
     EXPECT_THROW(azimuth_correct(ImageView(image.view()), strip_geometry(4), good, {1.0, 2.0}, corrected.view(), options), Cancelled);
+}
+
+TEST(AzimuthCorrect, ShowsEveryGateBeforeAndAfter) {
+    constexpr std::ptrdiff_t n = 48, n_range = 21;
+    const auto geometry = strip_geometry(n_range, 40.0);
+    const Image image = pattern(n, n_range, 0.4);
+    const Array<double, 2> phase = phases(1, n);
+    Image corrected({n, n_range}), before({n_range, n}), after({n_range, n});
+    AzimuthCorrectOptions options;
+    options.execution.threads = 3;
+    options.before = [&](std::ptrdiff_t gate, const cfloat* samples) { std::copy_n(samples, n, &before(gate, 0)); };
+    options.after = [&](std::ptrdiff_t gate, const cfloat* samples) { std::copy_n(samples, n, &after(gate, 0)); };
+    azimuth_correct(image.view(), geometry, phase.view(), {0.0}, corrected.view(), options);
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+        for (std::ptrdiff_t j = 0; j < n_range; ++j) {
+            EXPECT_EQ(before(j, i), image(i, j));
+            EXPECT_EQ(after(j, i), corrected(i, j));
+        }
 }
 
 TEST(Azimuth, StopsWhenAskedTo) {

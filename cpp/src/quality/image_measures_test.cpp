@@ -5,6 +5,8 @@
 #include <random>
 
 #include <gtest/gtest.h>
+#include <complex>
+#include <vector>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/error.hpp>
@@ -98,4 +100,34 @@ TEST(ImageMeasures, RefusesWhatCannotBeMeasured) {
 }
 
 }  // namespace
+TEST(EntropySums, AgreeWithTheLogarithmOfTheLibrary) {
+    // Every length modulo the eight lanes, amplitudes from 1e-15 to 1e15, zeros among them.
+    for (const std::ptrdiff_t n : {1, 7, 8, 9, 100, 4093}) {
+        std::vector<cfloat> samples;
+        double power = 0.0;
+        double weighted = 0.0;
+        double size = 0.0;
+        for (std::ptrdiff_t i = 0; i < n; ++i) {
+            const auto amplitude = static_cast<float>(std::pow(10.0, 15.0 * std::sin(0.37 * static_cast<double>(i))));
+            samples.emplace_back(i % 11 == 5 ? cfloat{} : std::polar(amplitude, static_cast<float>(i)));
+            const double x = std::norm(std::complex<double>(samples.back()));
+            power += x;
+            if (x > 0.0) weighted += x * std::log(x);
+            if (x > 0.0) size += x * std::abs(std::log(x));
+        }
+        const EntropySums sums = entropy_sums(samples.data(), n);
+        EXPECT_NEAR(sums.power, power, 1e-13 * power) << n;
+        EXPECT_NEAR(sums.weighted, weighted, 1e-12 * size) << n;  // the stated error of the logarithm
+    }
+}
+
+TEST(EntropySums, OfZerosAndOfInfinityIsNotANumber) {
+    std::vector<cfloat> samples(16);
+    EXPECT_TRUE(std::isnan(entropy_sums(samples.data(), 16).entropy()));
+    samples[3] = cfloat(std::numeric_limits<float>::infinity(), 0.0f);
+    EXPECT_TRUE(std::isnan(entropy_sums(samples.data(), 16).entropy()));
+    samples[3] = 2.0f;
+    EXPECT_NEAR(entropy_sums(samples.data(), 16).entropy(), 0.0, 1e-12);  // a single bright pixel
+}
+
 }  // namespace sarfocus::quality
