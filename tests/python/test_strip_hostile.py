@@ -226,6 +226,15 @@ def test_no_error_and_many_points(seed: int, db: float) -> None:
     assert out.rms < 0.6
 
 
+@pytest.mark.parametrize("mistuned", [0.03, 0.1])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_moving_targets_are_no_error_of_the_strip(seed: int, mistuned: float) -> None:
+    crowd = np.array([[150.0 + 100 * i, (3 * i) % GATES] for i in range(8)])
+    for moving, db in ((crowd[3:4], 45.0), (crowd, 33.0)):
+        scene = Scene(spread(24, seed), 30.0, np.zeros(N), moving=(moving, db, mistuned))
+        tried(scene, seed, {Status.not_improved}, "no more than chance would")
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_baseline_does_no_harm_either(seed: int) -> None:
     scenes = [

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -202,6 +203,35 @@ TEST(StripExtract, ContrastTellsSpeckleAndWeakSignalsFromPoints) {
     Image dark({n, 40});
     dark(0, 0) = 1.0F;
     EXPECT_EQ(extract_apertures(dark.view(), geometry, {point_at(500, 1)}).points[0].contrast, 1.0);
+}
+
+TEST(StripExtract, WindowGrowsUntilItHoldsThePoints) {
+    // A twelfth of the aperture is below the least, 32; a curvature of so many pixels to either side needs as many, up to pieces of more
+    // than half an aperture.
+    const auto geometry = strip_geometry(32);
+    const auto targets = spread_targets(12, n, 32, 35.0);
+    std::vector<StripPoint> places;
+    for (const Target& t : targets) places.push_back(point_at(std::lround(t.azimuth), std::lround(t.range)));
+    int before = 0;
+    for (const auto& [pixels, least, most] :
+         {std::tuple{0.0, 32, 32}, std::tuple{20.0, 32, 64}, std::tuple{50.0, 64, 64}, std::tuple{400.0, 64, 64}}) {
+        // Quadratic over pieces of one aperture: slopes from -pixels to +pixels.
+        std::vector<double> phase(at(n));
+        const double pixel = two_pi * geometry.fm_rate(16) / (240.0 * 240.0);
+        for (std::ptrdiff_t k = 1; k < n; ++k)
+            phase[at(k)] = phase[at(k - 1)] + pixel * pixels * (static_cast<double>(k % 208) / 104.0 - 1.0);
+        const Strip strip = make_strip(geometry, n, targets, phase, 1.0);
+        const int window = containing_window(strip.blurred.view(), geometry, places);
+        EXPECT_GE(window, least) << pixels;
+        EXPECT_LE(window, most) << pixels;
+        EXPECT_GE(window, before);
+        before = window;
+        EXPECT_EQ(extract_apertures(strip.blurred.view(), geometry, places).window, static_cast<double>(window));
+    }
+    const Strip strip = make_strip(geometry, n, targets, zeros(), 1.0);
+    EXPECT_EQ(containing_window(strip.focused.view(), geometry, {}), 32);
+    EXPECT_THROW((void)containing_window(strip.focused.view(), geometry, {point_at(n, 0)}), ValueError);
+    EXPECT_THROW((void)containing_window(strip.focused.view(), strip_geometry(3), places), ShapeError);
 }
 
 TEST(StripExtract, BitsDependOnNeitherThreadsNorStrides) {

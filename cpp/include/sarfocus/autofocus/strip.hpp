@@ -53,8 +53,8 @@ struct StripSelectOptions {
                                                                        const StripSelectOptions& options = {});
 
 /// Half width, azimuth pixels, of the pieces that hold what the points spread over: a twelfth of the aperture (at least 32), doubled up to
-/// three times while half of the points have less than 94 % of the energy in it that they have in twice the width. The clutter's share
-/// is taken off. Throws as `select_strip_points`.
+/// three times, as long as a piece is shorter than half an aperture, while half of the points have less than 94 % of the energy in it that
+/// they have in twice the width. The clutter's share is taken off. Throws as `select_strip_points`.
 [[nodiscard]] SARFOCUS_API int containing_window(const ImageView& image, const geometry::StripmapGeometry& geometry,
                                                  const std::vector<StripPoint>& points);
 
