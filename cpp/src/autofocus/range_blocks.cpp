@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
@@ -14,6 +16,9 @@ namespace {
 
 constexpr int fewest_common = 16;  // samples that a segment shares with the neighbour, or it keeps its own gauge
 
+constexpr std::ptrdiff_t fewest_points = 4;  // of a segment that is taken at its word where other blocks know better
+constexpr double fewest_apertures = 2.0;     // that reach a sample, likewise
+
 bool reached(const RangeBlock& block, std::ptrdiff_t k) {
     return std::isfinite(block.phase.phase_std[at(k)]);
 }
@@ -23,6 +28,30 @@ double information(const RangeBlock& block) {
     for (const double sigma : block.phase.phase_std)
         if (std::isfinite(sigma)) out += 1.0 / std::max(sigma * sigma, 1e-12);
     return out;
+}
+
+// Samples where the points of a block check one another: two apertures, of a segment of several points.
+std::vector<bool> confirmed(const RangeBlock& block) {
+    std::vector<bool> out(block.phase.phase.size(), false);
+    const std::vector<SegmentSpan> spans = segment_spans(block.apertures, block.phase.segment, block.stitching.segments);
+    for (std::size_t s = 0; s < spans.size(); ++s) {
+        const auto points = std::count(block.phase.segment.begin(), block.phase.segment.end(), static_cast<int>(s));
+        if (points < fewest_points) continue;
+        for (std::ptrdiff_t k = spans[s].begin; k < spans[s].end; ++k)
+            out[at(k)] = reached(block, k) && block.phase.coverage[at(k)] >= fewest_apertures;
+    }
+    return out;
+}
+
+// Where two other blocks are confirmed, one that is not counts as not reaching: a slip of its phase would go unseen.
+void forget_thin(std::vector<RangeBlock>& blocks) {
+    std::vector<std::vector<bool>> sure;
+    for (const RangeBlock& block : blocks) sure.push_back(confirmed(block));
+    for (std::size_t k = 0; k < sure.front().size(); ++k) {
+        const auto count = std::count_if(sure.begin(), sure.end(), [k](const std::vector<bool>& s) { return s[k]; });
+        for (std::size_t b = 0; b < blocks.size() && count >= 2; ++b)
+            if (!sure[b][k]) blocks[b].phase.phase_std[k] = std::numeric_limits<double>::quiet_NaN();
+    }
 }
 
 // Constant and line taken off the phase of the samples of a segment; its points have that line more.
@@ -183,6 +212,8 @@ void keep_reliable(std::vector<RangeBlock>& blocks) {
 }
 
 void lay_together(std::vector<RangeBlock>& blocks, const SpgaLinearOptions& options) {
+    if (blocks.empty()) return;
+    forget_thin(blocks);
     std::size_t best = 0;
     for (std::size_t b = 1; b < blocks.size(); ++b)
         if (information(blocks[b]) > information(blocks[best])) best = b;

@@ -26,8 +26,9 @@ void keep_reliable(std::vector<RangeBlock>& blocks);
 
 /// Brings the phases of neighbouring blocks, each known up to a constant and a line, onto one gauge. From the best known block outwards,
 /// every segment loses the constant and line by which it differs from its neighbour over the samples that both reach. Where no aperture of
-/// a block reaches, its phase runs beside that of the nearest block that reaches there. Last, one line for all as the gauge asks.
-/// Throws ValueError where a tie point matches no point.
+/// a block reaches (or one alone, or a segment of fewer than four points, where two other blocks know better; phase_std becomes nan), its
+/// phase runs beside that of the nearest block that reaches there. Last, one line for all as the gauge asks. Throws ValueError where a tie
+/// point matches no point.
 void lay_together(std::vector<RangeBlock>& blocks, const SpgaLinearOptions& options);
 
 }  // namespace sarfocus::autofocus::detail

@@ -41,8 +41,9 @@ struct SpgaLinearOptions {
     StripRefineOptions refinement;
     /// Blocks of range gates with a phase of their own each, interpolated linearly between the mean gates of their points; 1: one phase for
     /// all gates. A block without points, or (do_no_harm) whose points gain nothing by a phase, has none; where no aperture of a block
-    /// reaches, its phase runs beside that of the nearest that does. Neighbours are laid together by the constant and line that fit their
-    /// difference, so that `gauge` leaves one line for all: tie points may lie in any block. See cross_track.hpp.
+    /// reaches (or one alone, or a segment of fewer than four points, where two other blocks know better), its phase runs beside that of
+    /// the nearest that does. Neighbours are laid together by the constant and line that fit their difference, so that `gauge` leaves one
+    /// line for all: tie points may lie in any block. See cross_track.hpp.
     int range_blocks = 1;
     bool do_no_harm = true;  ///< hand the input back where the score is not better; false: always apply
     Execution execution;     ///< of everything; those of the steps are not looked at
