@@ -121,7 +121,7 @@ def test_command_prints_and_draws(capfd, tmp_path, monkeypatch):
 def test_times_are_ratios_within_a_round(monkeypatch):
     monkeypatch.setattr(xie2023_time, "ROUNDS", 2)
     found = xie2023_time.run(n=512)
-    assert len(found.rows) == 8 and len(found.required) == 4
+    assert len(found.rows) == 10 and len(found.required) == 4
     for row in found.rows:
         assert row["from"] <= row["seconds"] <= row["to"]
         if row["method"] == "azimuth round trip":

@@ -61,6 +61,7 @@ def jobs(image: ComplexArray, geometry: StripmapGeometry, threads: int) -> dict[
         "azimuth round trip": lambda: azimuth_compress(image, geometry, **common),
         "spga, 1 pass": lambda: spga(image, geometry, iterations=1, do_no_harm=False, **common),
         "spga_linear": lambda: spga_linear(image, geometry, do_no_harm=False, **common),
+        "spga_linear, not refined": lambda: spga_linear(image, geometry, refine=False, do_no_harm=False, **common),
         "spga, 6 passes": lambda: spga(image, geometry, iterations=6, do_no_harm=False, **common),
     }
 

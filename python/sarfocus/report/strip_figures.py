@@ -14,7 +14,7 @@ from .figures import AFTER, BEFORE, DYNAMIC_RANGE_DB, IDEAL, INK, LINE, SOFT, fi
 OTHER = "#7a4fa3"
 MARK = "#f2a33a"
 LIGHT = 0.02  # weight over the largest, of seams that do not set the scale
-STRIP_RANGE_DB, BRIGHTEST = 35.0, 99.98  # of a strip's picture; percentile that is white
+STRIP_RANGE_DB, BRIGHTEST = 35.0, 99.995  # of a strip's picture; percentile that is white
 LONGEST = 1400  # pixels of a strip's picture along azimuth
 Lines = Mapping[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]
 FloatArray = npt.NDArray[np.float64]
