@@ -90,6 +90,22 @@ def test_extraction_is_interception_decompression_and_dechirp(doppler_centroid: 
         assert apertures.fm_rate[i] == pytest.approx(geometry.fm_rate(gate) / FIELDS["prf"] ** 2, rel=1e-12)
 
 
+def test_weight_is_the_inverse_of_the_clutter_in_a_line() -> None:
+    """What a piece of clutter becomes when it is decompressed and dechirped: its power goes as 1 / weight over the aperture."""
+    n, gates = 1024, 64
+    geometry = geometry_of(gates, step=0.01)
+    raw = sarfocus.simulate.stripmap(geometry, np.zeros((0, 2)), np.zeros(0, np.complex128), n_azimuth=n, clutter_power=1.0, seed=3)
+    image = sarfocus.azimuth_compress(raw, geometry)
+    places = np.array([[u, g] for u in (200, 400, 600, 800) for g in range(gates)], np.float64)
+    apertures = strip.extract(image, geometry, points_at(places), window=48)
+    length = int(apertures.count.min())
+    white = (np.abs(apertures.lines[:, :length]) ** 2 * apertures.weight[:, :length]).mean(0)
+    used = apertures.weight[0, :length] > 0.1
+    # Mean power of 256 exponential draws: 6 %, four times that; the ends, where next to nothing is divided by little, are left out.
+    assert np.abs(white[used] / white[used].mean() - 1).max() < 0.3
+    assert used.sum() > 0.8 * length
+
+
 def test_slope_is_the_peak_of_the_periodogram() -> None:
     n, gates = 1024, 16
     geometry = geometry_of(gates)

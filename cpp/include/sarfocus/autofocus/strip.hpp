@@ -73,7 +73,7 @@ struct StripExtractOptions {
 /// The dechirped signals of strong points over their apertures.
 struct Apertures {
     Array<cfloat, 2> lines;  ///< [n_point, n_sample]; a point's is A exp(j (phi(k) + a + b k)); zeros where there is none
-    Array<float, 2> weight;  ///< [n_point, n_sample] power of an ideal point there, about 1 in the middle; noise goes as 1 / weight
+    Array<float, 2> weight;  ///< [n_point, n_sample] an ideal point over clutter there, about 1 in the middle; noise goes as 1 / weight
     std::vector<std::ptrdiff_t> start;  ///< [n_point] slow time of sample 0
     std::vector<std::ptrdiff_t> count;  ///< [n_point] samples in use
     std::vector<double> fm_rate;        ///< [n_point] K / prf^2, cycles per sample squared
@@ -95,7 +95,7 @@ struct Apertures {
 [[nodiscard]] SARFOCUS_API Apertures extract_apertures(const ImageView& image, const geometry::StripmapGeometry& geometry,
                                                        const std::vector<StripPoint>& points, const StripExtractOptions& options = {});
 
-/// Q_k [Xie2023, eq. 5] of line n, over the samples where an ideal point has at least half its power; 1 where the line is zero.
+/// Q_k [Xie2023, eq. 5] of line n, over the samples whose weight is at least a half; 1 where the line is zero.
 [[nodiscard]] SARFOCUS_API double aperture_contrast(const Apertures& apertures, std::ptrdiff_t n);
 
 struct SlopeMatchOptions {
