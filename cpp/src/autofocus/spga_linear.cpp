@@ -98,7 +98,13 @@ RangeBlock run_block(const ImageView& image, const StripmapGeometry& geometry, c
     if (options.range_blocks > 1) gauge.gauge = Gauge::zero_mean_shift;  // until the blocks have one in common
     out.shift = detail::apply_gauge(out.apertures, gauge, out.phase);
     clock.lap("estimate");
-    if (options.do_no_harm) out.evidence = detail::weigh_points(out.apertures, seams, out.phase, options.execution);
+    if (options.do_no_harm) {
+        // The traversal joins neighbours alone, which leaving points out would part.
+        SpgaLinearOptions all_pairs = options;
+        all_pairs.matching = Matching::slope;
+        if (options.matching == Matching::search) seams = match(out.apertures, all_pairs);
+        out.evidence = detail::weigh_points(out.apertures, seams, out.phase, options.execution);
+    }
     if (!options.do_no_harm) out.evidence.held_out_gain.assign(at(out.apertures.size()), std::numeric_limits<double>::quiet_NaN());
     clock.lap("score");
     return out;
