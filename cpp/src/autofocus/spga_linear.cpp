@@ -11,6 +11,7 @@
 #include "range_blocks.hpp"
 #include "stopwatch.hpp"
 #include "strip_lines.hpp"
+#include "strip_recut.hpp"
 #include "strip_result.hpp"
 #include "strip_score.hpp"
 #include "strip_window.hpp"
@@ -40,28 +41,6 @@ StripPhase estimate(const Apertures& apertures, const Stitching& stitching, cons
     return refine_strip_phase(apertures, stitching, refinement);
 }
 
-// Where the points lie once their relative shifts are known, the scene as a whole left where it is: apertures cut there fit together to a
-// pixel, whatever the error had displaced them by.
-std::vector<StripPoint> replaced_points(const Apertures& apertures, const Stitching& stitching) {
-    std::vector<StripPoint> out = apertures.points;
-    const std::vector<double> before = detail::imaged_before(apertures);
-    for (int s = 0; s < stitching.segments; ++s) {
-        double sum = 0.0;
-        double count = 0.0;
-        for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
-            if (stitching.segment[at(n)] == s) {
-                sum += apertures.shift(n, stitching.slope[at(n)]) - before[at(n)];
-                count += 1.0;
-            }
-        for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
-            if (stitching.segment[at(n)] == s) {
-                const double moved = apertures.shift(n, stitching.slope[at(n)]) - sum / count;
-                out[at(n)].azimuth = std::clamp<std::int64_t>(out[at(n)].azimuth + std::lround(moved), 0, apertures.n_azimuth - 1);
-            }
-    }
-    return out;
-}
-
 StripmapGeometry part_of(const StripmapGeometry& geometry, std::ptrdiff_t first, std::ptrdiff_t count) {
     StripmapGeometry out = geometry;
     out.slant_range.assign(geometry.slant_range.begin() + first, geometry.slant_range.begin() + first + count);
@@ -86,8 +65,8 @@ RangeBlock run_block(const ImageView& image, const StripmapGeometry& geometry, c
     out.stitching = stitch(out.apertures, seams);
     clock.lap("stitch");
     if (options.refine) {
-        out.apertures = extract_apertures(image, geometry, replaced_points(out.apertures, out.stitching), extract);
-        clock.lap("extract");
+        out.apertures = detail::recut_apertures(image, geometry, out.apertures, out.stitching, extract);
+        clock.lap("cut again");
         seams = match(out.apertures, options);
         clock.lap("match");
         out.stitching = stitch(out.apertures, seams);

@@ -206,8 +206,20 @@ bool stands_out(const ImageView& image, const StripPoint& point, const StripmapG
         }
     options.looks = std::max(static_cast<double>(extent) * geometry.doppler_bandwidth / geometry.prf, 1.0);
     options.execution.threads = 1;
-    const detect::CfarCell cell = detect::cfar_2d_at(std::as_const(patch).view(), {{above, left}}, options).front();
-    return cell.detected;
+    const ImageView view = std::as_const(patch).view();
+    if (!detect::cfar_2d_at(view, {{above, left}}, options).front().detected) return false;
+    if (extent == 1) return true;
+    // The border of a bright field stands out of the mean round a long box, but not of its brighter side, in azimuth or in range.
+    options.method = detect::CfarMethod::greatest_of;
+    const auto both_sides = [](std::ptrdiff_t before, std::ptrdiff_t behind, std::ptrdiff_t guard) {
+        return before > guard && behind > guard;
+    };
+    if (both_sides(above, below, options.guard[0]) && !detect::cfar_2d_at(view, {{above, left}}, options).front().detected) return false;
+    if (!both_sides(left, right, options.guard[1])) return true;
+    const ImageView turned(view.data(), {view.extent(1), view.extent(0)}, {view.stride(1), view.stride(0)});
+    std::swap(options.reference[0], options.reference[1]);
+    std::swap(options.guard[0], options.guard[1]);
+    return detect::cfar_2d_at(turned, {{left, above}}, options).front().detected;
 }
 
 std::ptrdiff_t wanted_points(const ImageView& image, double aperture, const StripSelectOptions& options) {

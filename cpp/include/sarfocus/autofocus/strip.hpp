@@ -33,7 +33,8 @@ struct StripPoint {
 struct StripSelectOptions {
     /// Lengths in azimuth pixels over which energy is collected: a defocused point is weak in any single pixel and strong in their sum.
     std::vector<int> extents = {1, 4, 16, 64, 256};
-    /// The 2-D test of every candidate; its cells are as long as the candidate's extent.
+    /// The 2-D test of every candidate; its cells are as long as the candidate's extent. One longer than a pixel must also stand out of the
+    /// brighter side in azimuth and in range (greatest_of): borders of bright fields are no points.
     detect::CfarOptions cfar = {.reference = {6, 6}, .guard = {2, 2}, .execution = {}};
     double maximum_contrast = 0.25;  ///< Q_k above which a candidate goes: 0 for an ideal point, 0.215 for speckle, more for what is uneven
     int points = 0;                  ///< at most so many; 0: the smaller of K_up [Xie2023, eq. 25] and `points_per_aperture`
