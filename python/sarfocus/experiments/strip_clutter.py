@@ -21,7 +21,7 @@ from .strips import ComplexArray, FloatArray, airborne, aligned, described, piec
 from .xie2023 import SHIFTS
 
 N_AZIMUTH, N_RANGE = 4096, 512
-RANGE_START, RANGE_SPACING = 12000.0, 0.5  # m: apertures of 1406 samples and more
+RANGE_START, RANGE_SPACING = 16000.0, 0.5  # m: apertures of 1875 samples and more
 CASES = ((15, 35.0, 0.35), (40, 25.0, 0.15), (80, 20.0, 0.25))  # points; their peak over the clutter, dB; allowed RMSE, rad
 ERRORS = ("piecewise linear", "smooth")
 SMOOTH_RMS, SMOOTH_CYCLES = 3.0, 8  # rad; cycles over the strip
@@ -170,13 +170,14 @@ def std_trials(seed: int, threads: int, progress: Progress) -> dict[str, Any]:
 
 
 def required(rows: list[dict[str, Any]]) -> list[Requirement]:
-    """Return the bounds: of the RMSE over the draws of a case, of the entropy recovered in every draw and on average, of phase_std."""
+    """Return the bounds: of the largest RMSE of a case, of the entropy recovered in every draw and on average, of phase_std."""
     scored = [row for row in rows if row["recovered"] is not None]
     out = []
     for n_point, peak_db, allowed in CASES:
         found = np.array([row["rmse"] for row in scored if row["points"] == n_point])
-        what = f"{n_point} points at {peak_db:g} dB: phase RMSE over {len(found)} draws, rad (the largest of one draw is {found.max():.3f})"
-        out.append(at_most(what, float(np.sqrt(np.mean(found**2))), allowed))
+        together = float(np.sqrt(np.mean(found**2)))
+        what = f"{n_point} points at {peak_db:g} dB: largest phase RMSE of {len(found)} draws, rad ({together:.3f} over all of them)"
+        out.append(at_most(what, float(found.max()), allowed))
     recovered = [row["recovered"] for row in scored]
     out.append(at_least("smallest share of the entropy recovered", min(recovered), RECOVERED))
     out.append(at_least("mean share of the entropy recovered", float(np.mean(recovered)), RECOVERED_MEAN))
