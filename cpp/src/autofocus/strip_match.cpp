@@ -159,9 +159,10 @@ Array<double, 2> search_matrix(const Apertures& apertures, std::ptrdiff_t first,
     if (width < 2 || width % 2 != 0) throw ValueError("width", "an even number of pixels", std::to_string(width));
     const cdouble step = phase_step(conjugate_product(apertures, first, second));
     Array<double, 2> out({width, width});
+    const int half = width / 2;
     for (int i = 0; i < width; ++i)
         for (int j = 0; j < width; ++j) {
-            const double turn = apertures.fm_rate[at(first)] * (i - width / 2) - apertures.fm_rate[at(second)] * (j - width / 2);
+            const double turn = apertures.fm_rate[at(first)] * (i - half) - apertures.fm_rate[at(second)] * (j - half);
             out(i, j) = std::abs(std::arg(step * std::polar(1.0, -two_pi * turn)));
         }
     return out;
