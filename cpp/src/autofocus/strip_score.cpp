@@ -11,10 +11,9 @@ namespace sarfocus::autofocus::detail {
 namespace {
 
 constexpr int most_groups = 4;  // each leaves a quarter of the points out: the others still overlap
-// Points gain by different amounts when there is an error, which the scatter counts as chance; without one the phase that others gave is
-// noise and lowers the peaks: the gain over its standard error was at most -0.15 on 276 simulated strips without an error.
-constexpr double sigmas = 1.5;
-constexpr double alone_sigmas = 3.0;  // where no other point confirms anything
+// Without an error the gain over its standard error was at most -0.15 on 276 simulated strips, so that 1.5 would do there; pairs of equal
+// points that share an aperture, which the estimate cannot tell apart, reach 3 with a phase that takes single points 5 dB down.
+constexpr double sigmas = 3.0;
 
 std::string sentence(const char* format, double a, double b) {
     char text[240];
@@ -108,7 +107,7 @@ void judge_alone(const Apertures& a, const StripPhase& phase, StripEvidence& out
     if (!(worst <= steady))
         out.reason = sentence("no other point confirms the phase, and the envelope of a point's signal is unsteady (Q %.2f, %.2f allowed)",
                               worst, steady);
-    else if (!(gain > alone_sigmas * std::min(explained, 1.0) + 0.02))
+    else if (!(gain > sigmas * std::min(explained, 1.0) + 0.02))
         out.reason = sentence("no other point confirms the phase, and the points' peaks gain %.2f dB, of which %.2f dB may be fitted noise",
                               4.342944819 * gain, 4.342944819 * explained);
     else {
