@@ -216,7 +216,7 @@ void bind_autofocus(py::module_ m) {
             "points", [](const PythonResult& r) { return points(r.result); },
             "structured array: azimuth, range, shift (pixels), weight, contrast.")
         .def_property_readonly(
-            "diagnostics", [](const PythonResult& r) { return diagnostics(r.result); }, "dict: rounds, score, timings, threads.")
+            "diagnostics", [](const PythonResult& r) { return diagnostics(r.result); }, "dict: method, rounds, score, timings, threads; where the method decides them: strip, adaptive, trials.")
         .def("summary", [](const PythonResult& r) { return r.result.summary(); }, "A few lines for people.");
 
     py::class_<autofocus::PhaseEstimate>(m, "PhaseEstimate", "The phase common to a set of lines; see estimate_phase.")

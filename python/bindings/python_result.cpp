@@ -26,6 +26,57 @@ py::dict strip_details(const autofocus::StripDetails& strip) {
     return out;
 }
 
+py::dict adaptive_details(const autofocus::AdaptiveDetails& adaptive) {
+    py::list cells;
+    for (const autofocus::GateCell& c : adaptive.cells) {
+        py::dict row;
+        row["azimuth"] = c.azimuth;
+        row["range"] = c.range;
+        row["value"] = c.value;
+        row["clutter"] = c.clutter;
+        row["threshold"] = c.threshold;
+        row["detected"] = c.detected;
+        cells.append(row);
+    }
+    py::list sub_apertures;
+    for (const autofocus::SubAperture& s : adaptive.sub_apertures) {
+        py::dict row;
+        row["first"] = s.first;
+        row["count"] = s.count;
+        row["gates"] = s.gates;
+        row["mean_strong"] = s.mean_strong;
+        row["mean_rest"] = s.mean_rest;
+        row["points"] = s.points;
+        sub_apertures.append(row);
+    }
+    py::dict out;
+    out["cells"] = cells;
+    out["strong_points"] = adaptive.strong_points;
+    out["first_denoised"] = adaptive.first_denoised;
+    out["denoised"] = adaptive.denoised;
+    out["eta"] = adaptive.eta;
+    out["sub_apertures"] = sub_apertures;
+    return out;
+}
+
+py::list method_trials(const std::vector<autofocus::MethodTrial>& trials) {
+    py::list out;
+    for (const autofocus::MethodTrial& t : trials) {
+        py::dict row;
+        row["method"] = t.method;
+        row["status"] = autofocus::status_text(t.status);
+        row["held_out_gain_db"] = t.held_out_gain_db;
+        row["held_out_std_db"] = t.held_out_std_db;
+        row["held_out_points"] = t.held_out_points;
+        row["held_out_entropy"] = t.held_out_entropy;
+        row["seconds"] = t.seconds;
+        row["chosen"] = t.chosen;
+        row["reason"] = t.reason;
+        out.append(row);
+    }
+    return out;
+}
+
 }  // namespace
 
 py::dict diagnostics(const autofocus::Result& result) {
@@ -50,7 +101,10 @@ py::dict diagnostics(const autofocus::Result& result) {
     py::dict timings;
     for (const autofocus::Timing& t : result.timings) timings[py::str(t.phase)] = t.seconds;
     py::dict out;
+    out["method"] = result.method;
     if (!result.strip.coverage.empty()) out["strip"] = strip_details(result.strip);
+    if (!result.adaptive.cells.empty()) out["adaptive"] = adaptive_details(result.adaptive);
+    if (!result.trials.empty()) out["trials"] = method_trials(result.trials);
     out["rounds"] = rounds;
     out["score"] = score;
     out["timings"] = timings;

@@ -77,6 +77,7 @@ Result gpga(const RangeProfiles& profiles, const PhaseCentres& centres, const Im
 
     PhaseHistorySource source(profiles, centres, grid);
     Result result = detail::estimate_from_points(source, options);
+    result.method = "gpga";
     result.phase_error = result.input_returned() ? std::vector<double>(result.estimate.size(), 0.0) : result.estimate;
     source.form(result.phase_error, image, options.execution);
     return result;

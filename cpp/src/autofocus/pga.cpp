@@ -184,6 +184,7 @@ Result pga(const ImageView& image, MutableImageView corrected, const PointOption
 
     SpectrumSource source(image, options.execution);
     Result result = detail::estimate_from_points(source, options);
+    result.method = "pga";
     result.estimate = source.over_spectrum(result.estimate, 0.0);
     result.phase_std = source.over_spectrum(result.phase_std, std::numeric_limits<double>::quiet_NaN());
     if (result.input_returned()) {

@@ -90,6 +90,7 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
     detail::require_strip_input(image, geometry, corrected);
     const auto n = at(image.extent(0));
     Result result;
+    result.method = "spga";
     result.threads = resolve_threads(options.execution.threads);
     result.estimate.assign(n, 0.0);
     result.phase_error.assign(n, 0.0);

@@ -197,6 +197,7 @@ Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, Mut
         throw ValueError("range_blocks", "at most the " + std::to_string(image.extent(1)) + " range gates",
                          std::to_string(options.range_blocks));
     Result result;
+    result.method = "spga_linear";
     result.threads = resolve_threads(options.execution.threads);
     detail::Stopwatch clock(result.timings);
     const std::ptrdiff_t n = image.extent(0);

@@ -73,6 +73,49 @@ struct StripDetails {
     std::vector<double> block_centre;  ///< range gate of each block, the mean of its points'
 };
 
+/// One of the cells that decide whether a scene has strong points [Luo2025, section 2.2.1].
+struct GateCell {
+    std::int64_t azimuth = 0;
+    std::int64_t range = 0;
+    double value = 0.0;      ///< of what was compared: intensity, or amplitude where the paper's mu was given
+    double clutter = 0.0;    ///< mean of the reference cells, the same quantity
+    double threshold = 0.0;  ///< mu times the clutter
+    bool detected = false;
+};
+
+/// What was decided in one azimuth sub-aperture [Luo2025, eq. 8-13].
+struct SubAperture {
+    std::int64_t first = 0;    ///< azimuth line
+    std::int64_t count = 0;    ///< azimuth lines
+    int gates = 0;             ///< k, range gates used; 0: skipped
+    double mean_strong = 0.0;  ///< m1, mean energy of the k strongest gates; of the strongest alone where it was skipped
+    double mean_rest = 0.0;    ///< m2, mean energy of the other gates
+    int points = 0;            ///< strong points that the phase rests on
+};
+
+/// What only adaptive PGA decides.
+struct AdaptiveDetails {
+    std::vector<GateCell> cells;      ///< the strongest of the scene, tested one by one
+    bool strong_points = false;       ///< whether any of them was detected
+    std::int64_t first_denoised = 0;  ///< range gate
+    std::int64_t denoised = 0;        ///< range gates that were mean-filtered; 0: none
+    double eta = 0.0;                 ///< m1 must exceed eta m2
+    std::vector<SubAperture> sub_apertures;
+};
+
+/// One method that `autofocus` tried.
+struct MethodTrial {
+    std::string method;
+    Status status = Status::no_strong_points;  ///< of the method on the whole image where it was run there, else on a part
+    double held_out_gain_db = 0.0;             ///< mean gain of strong points that had no say in the phase; nan where there are none
+    double held_out_std_db = 0.0;              ///< its standard error
+    int held_out_points = 0;
+    double held_out_entropy = 0.0;  ///< nat, change of the entropy round these points
+    double seconds = 0.0;
+    bool chosen = false;
+    std::string reason;  ///< one sentence: why it was chosen or not
+};
+
 struct Timing {
     std::string phase;
     double seconds = 0.0;
@@ -87,7 +130,10 @@ struct Result {
     std::vector<StrongPoint> points;
     std::vector<Round> rounds;
     Score score;
-    StripDetails strip;  ///< empty for spotlight methods
+    std::string method;               ///< that made this result
+    StripDetails strip;               ///< empty for spotlight methods
+    AdaptiveDetails adaptive;         ///< empty but for adaptive_pga
+    std::vector<MethodTrial> trials;  ///< empty but for autofocus
     std::vector<Timing> timings;
     int threads = 0;
 
