@@ -174,6 +174,14 @@ def test_two_equal_targets_in_an_aperture(seed: int, distance: int) -> None:
     tried(Scene(np.concatenate([first, first + shift]), 32.0), seed, ANY, "other points gave")
 
 
+def test_a_phase_that_many_points_lose_by_is_not_applied() -> None:
+    """Points with a twin each agree on a phase by which a quarter of them would fall by 3 to 6 dB."""
+    first = spread(12, 4)
+    pairs = np.concatenate([first, first + np.array([8.0, 0.0])])
+    out = tried(Scene(pairs, 32.0), 4, {Status.not_improved}, "points that the phase rests on fall by more than 3 dB")
+    assert out.result.diagnostics["score"]["held_out_gain"] > 3.0 * out.result.diagnostics["score"]["held_out_noise"]
+
+
 @pytest.mark.parametrize("mistuned", [0.03, 0.1])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_moving_target_among_good_ones(seed: int, mistuned: float) -> None:

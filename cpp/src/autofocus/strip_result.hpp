@@ -51,8 +51,32 @@ private:
     std::vector<quality::EntropySums> after_;
 };
 
-/// Corrects the image, keeps the correction where the entropy of the whole image falls (or `judge` is false), hands the input back
-/// otherwise. Sets phase_error, status and the entropies of the score.
+/// The peaks of the points of an estimate, before a correction and after, between the pixels; only of those whose aperture lies within the
+/// strip.
+class PeakWatch {
+public:
+    PeakWatch(const std::vector<StrongPoint>& points, const geometry::StripmapGeometry& geometry, std::ptrdiff_t n_azimuth);
+    void before(std::ptrdiff_t gate, const cfloat* samples) { measure(gate, samples, before_); }
+    void after(std::ptrdiff_t gate, const cfloat* samples) { measure(gate, samples, after_); }
+    [[nodiscard]] int watched() const { return static_cast<int>(before_.size()); }
+    /// Points whose peak falls by more than so many dB.
+    [[nodiscard]] int fallen(double db) const;
+
+private:
+    struct Place {
+        std::ptrdiff_t gate;
+        std::ptrdiff_t first;
+        std::ptrdiff_t count;
+    };
+    void measure(std::ptrdiff_t gate, const cfloat* samples, std::vector<double>& peaks) const;
+
+    std::vector<Place> places_;   // in order of gate
+    std::vector<double> before_;  // power of the peak [place]
+    std::vector<double> after_;
+};
+
+/// Corrects the image; keeps the correction where the entropy of the whole image falls and hardly any of the points the estimate rests on
+/// loses by it (or `judge` is false), hands the input back otherwise. Sets phase_error, status and the entropies of the score.
 void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
                      const std::vector<double>& centres, const MutableImageView& corrected, bool judge, const Execution& execution,
                      Result& result);

@@ -61,8 +61,9 @@ struct SpgaLinearOptions {
 /// Status: gaps where the apertures fall into several segments, whose relative position then is not known, leave azimuth lines between them
 /// out, or end more than half an aperture before the strip does; phase_std is nan where none reaches. Decision (do_no_harm): the phase from
 /// the other points must raise a point's peak, on average over the points that others reach, by more than three times what chance gives;
-/// the entropy of the whole image must fall. Points that no other reaches must be steady in themselves. Throws ShapeError, ValueError
-/// (geometry beyond small squint; tie points that match no point), NumericalError (NaN, all zero), MemoryEstimateError, Cancelled.
+/// the entropy of the whole image must fall; no more than a tenth of the points may lose 3 dB. Points that no other reaches must be steady
+/// in themselves. Throws ShapeError, ValueError (geometry beyond small squint; tie points that match no point), NumericalError (NaN, all
+/// zero), MemoryEstimateError, Cancelled.
 SARFOCUS_API Result spga_linear(const ImageView& image, const geometry::StripmapGeometry& geometry, MutableImageView corrected,
                                 const SpgaLinearOptions& options = {});
 
