@@ -177,3 +177,56 @@ def test_demo_of_a_spotlight_scene(tmp_path, capfd, monkeypatch):
     # Eight points 32 dB over the clutter in the image: 5.5 dB a pulse, for which the bound is 0.13 rad before windowing.
     assert np.sqrt(np.mean(residual**2)) < 0.15
     assert main(["report", str(tmp_path / "demo" / "result.h5"), "-o", str(tmp_path / "again.html"), "--json"]) == 0
+
+
+def decided(**diagnostics):
+    autofocus = {"method": "adaptive_pga", "status": "converged", "diagnostics": diagnostics}
+    page = build(Image(image_with_points(), metadata={"autofocus": autofocus}), title="T", lead="L")
+    return {section.title: section for section in page.sections}
+
+
+def cell(value, detected):
+    return {"azimuth": 40, "range": 50, "value": value, "clutter": 1.0, "threshold": 20.0, "detected": detected}
+
+
+def part(first, gates, strong):
+    return {"first": first, "count": 512, "gates": gates, "mean_strong": strong, "mean_rest": 1.0, "points": gates}
+
+
+def test_decisions_of_adaptive_pga_are_explained():
+    adaptive = {"cells": [cell(100.0, True), cell(10.0, False)], "strong_points": True, "first_denoised": 0, "denoised": 0, "eta": 2.7}
+    adaptive["sub_apertures"] = [part(0, 128, 3.0), part(256, 4, 5.0), part(512, 0, 2.0)]
+    sections = decided(adaptive=adaptive)
+    gate = sections["Are there strong points?"]
+    assert "1 of the 2 strongest cells" in gate.text[0]
+    assert gate.table.rows[0][1:] == ["20.0", "13.0", "strong point"]
+    text = sections["Strong range gates of every sub-aperture"].text[0]
+    assert "k = 4 to 128" in text and "In 1 of them" in text
+
+
+def test_a_scene_without_strong_points_says_which_gates_were_denoised():
+    adaptive = {"cells": [cell(10.0, False)], "strong_points": False, "first_denoised": 96, "denoised": 16, "eta": 2.7, "sub_apertures": []}
+    sections = decided(adaptive=adaptive)
+    assert "range gates 96 to 111" in sections["Are there strong points?"].text[0]
+    assert "Strong range gates of every sub-aperture" not in sections
+
+
+def trial(method, gain, points, chosen):
+    judged = {"held_out_gain_db": gain, "held_out_std_db": 0.2, "held_out_points": points, "held_out_entropy": -0.1}
+    return {"method": method, "status": "converged", "seconds": 0.5, "chosen": chosen, "reason": "because"} | judged
+
+
+def test_methods_tried_are_listed_with_why():
+    sections = decided(trials=[trial("pga", 3.0, 20, True), trial("minimum_entropy", None, 0, False)])
+    table = sections["Which method, and why"].table
+    assert "Chosen: pga." in sections["Which method, and why"].text[0]
+    assert table.rows[0] == ["pga", "+3.00 ± 0.20", "20", "-0.1000", "0.50", "because"]
+    assert table.rows[1][1] == "–"
+    assert sections["Gain of points that were held back"].picture
+    assert "Gain of points that were held back" not in decided(trials=[trial("pga", None, 0, True)])
+
+
+def test_why_a_phase_was_not_applied():
+    score = {"entropy_before": 9.0, "entropy_after": 9.1, "held_out_gain": -0.1, "held_out_noise": 0.05, "point_gain_db": -0.2}
+    sections = decided(score=score | {"improved": False, "reason": "entropy did not fall"})
+    assert sections["Why the phase was not applied"].text == ["Entropy did not fall."]

@@ -13,6 +13,7 @@ from ..experiments.crlb import without_line
 from ..io import Image
 from ..quality import PointResponse
 from . import figures, strip
+from .decisions import decision_sections
 from .model import Comparison, Report, Section, Table
 from .page import versions
 
@@ -41,6 +42,7 @@ def build(image: Image, *, title: str, lead: str, what_was_done: Sequence[str] =
         *strip.displacement_section(image, moved),
         *strip.seam_section(image),
         *_responses(image, responses),
+        *decision_sections(image),
         *_summary(autofocus),
     ]
     whole = {state: measurement.whole_image(data) for state, data in states.items()}
