@@ -158,3 +158,18 @@ def test_walk_has_no_trajectory(data_directory, capfd, tmp_path):
     assert len(history.data) == 710
     assert main(["form", str(file), "-o", str(tmp_path / "x.npz")]) == 2
     assert "trajectory" in capfd.readouterr().err
+
+
+def test_sentinel_excerpt_is_tops_and_no_stripmap(data_directory):
+    files = sorted((data_directory / "sentinel1").glob("*.tiff"))
+    if not files:
+        pytest.skip(f"no Sentinel-1 excerpt in {data_directory}")
+    image = read(files[0])
+    assert image.data.shape == (601, 1401)
+    assert image.geometry is None and image.grid is None
+    assert image.metadata["acquisition"].startswith("TOPS") and image.metadata["mode"] == "IW"
+    assert (image.azimuth_spacing, image.range_spacing) == (pytest.approx(13.89852), pytest.approx(2.329562)), "of the annotation"
+    assert image.metadata["wavelength"] == pytest.approx(SPEED_OF_LIGHT / 5.405e9)
+    np.testing.assert_array_equal(image.data, image.data.real.astype(np.int16) + 1j * image.data.imag.astype(np.int16))
+    land, sea = np.abs(image.data[:200]), np.abs(image.data[420:])
+    assert np.median(land) > 5 * np.median(sea), "the coast runs along the middle; lines are azimuth"

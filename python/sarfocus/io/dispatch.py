@@ -14,9 +14,11 @@ from .hdf5 import read_hdf5, write_hdf5
 from .layout import from_fields
 from .model import Image, PhaseHistory
 from .numpy_files import load_npz, read_npy, write_npy, write_npz
+from .tiff import read_tiff
 
 HDF5_SUFFIXES = (".h5", ".hdf5")
-READABLE = ".mat, .npz, .npy, .h5, .hdf5"
+TIFF_SUFFIXES = (".tif", ".tiff")
+READABLE = ".mat, .npz, .npy, .h5, .hdf5, .tif, .tiff"
 WRITABLE = ".npy, .npz, .h5, .hdf5"
 PathText = str | PathLike[str]
 
@@ -58,6 +60,8 @@ def _read_one(path: Path) -> PhaseHistory | Image:
             return bwsi_history(fields, path.name) if is_bwsi(fields) else from_fields(fields)
         if suffix in HDF5_SUFFIXES:
             return read_hdf5(path)
+        if suffix in TIFF_SUFFIXES:
+            return read_tiff(path)
         raise FormatError(f"unknown kind of file «{suffix}», expected one of {READABLE}")
 
 
