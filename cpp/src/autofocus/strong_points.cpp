@@ -38,11 +38,11 @@ double sub_pixel(double left, double centre, double right) {
     return curvature < 0.0 ? std::clamp(0.5 * (l - r) / curvature, -0.5, 0.5) : 0.0;
 }
 
-Pixel refined(const ImageView& image, const PointSource& source, std::ptrdiff_t i, std::ptrdiff_t j) {
+Pixel refined(const ImageView& image, const PixelLayout& layout, std::ptrdiff_t i, std::ptrdiff_t j) {
     const double value = intensity(image, i, j);
     Pixel out{static_cast<double>(i), static_cast<double>(j)};
     if (i > 0 && i + 1 < image.extent(0)) out.azimuth += sub_pixel(intensity(image, i - 1, j), value, intensity(image, i + 1, j));
-    if (source.fractional_columns() && j > 0 && j + 1 < image.extent(1))
+    if (layout.fractional_columns() && j > 0 && j + 1 < image.extent(1))
         out.column += sub_pixel(intensity(image, i, j - 1), value, intensity(image, i, j + 1));
     return out;
 }
@@ -70,10 +70,10 @@ CellSize cell_size(const ImageView& image, const PixelLayout& layout) {
     return out;
 }
 
-std::vector<Pixel> strongest_points(const ImageView& image, const PointSource& source, int count, const CellSize& separation,
+std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& layout, int count, const CellSize& separation,
                                     const ArrayView<const bool, 2>& wanted, const Execution& execution) {
     std::vector<Pixel> out;
-    if (source.is_list()) {
+    if (layout.is_list()) {
         for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
             if (wanted.data() == nullptr || wanted(i, 0)) out.push_back({static_cast<double>(i), 0.0});
         return out;
@@ -84,13 +84,13 @@ std::vector<Pixel> strongest_points(const ImageView& image, const PointSource& s
     std::vector<detect::Point> maxima = detect::local_maxima(image, options, wanted);
     // Coalescence by range gate, then back to columns.
     std::vector<std::ptrdiff_t> gates;
-    for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) gates.push_back(source.range_gate(j));
+    for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) gates.push_back(layout.range_gate(j));
     for (detect::Point& p : maxima) p.range = gates[static_cast<std::size_t>(p.range)];
     maxima =
         detect::coalesce(std::move(maxima), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
     if (maxima.size() > static_cast<std::size_t>(count)) maxima.resize(static_cast<std::size_t>(count));
     for (const detect::Point& p : maxima)
-        out.push_back(refined(image, source, p.azimuth, std::lower_bound(gates.begin(), gates.end(), p.range) - gates.begin()));
+        out.push_back(refined(image, layout, p.azimuth, std::lower_bound(gates.begin(), gates.end(), p.range) - gates.begin()));
     return out;
 }
 

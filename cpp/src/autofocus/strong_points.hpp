@@ -18,7 +18,7 @@ struct CellSize {
 
 /// The strongest local maxima, strongest first, no two within `separation` pixels (a box), with sub-pixel positions from a parabola through
 /// the logarithm of the intensity. At most `count`; `wanted` [shape] excludes pixels, an empty view none.
-[[nodiscard]] std::vector<Pixel> strongest_points(const ImageView& image, const PointSource& source, int count, const CellSize& separation,
+[[nodiscard]] std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& layout, int count, const CellSize& separation,
                                                   const ArrayView<const bool, 2>& wanted, const Execution& execution);
 
 }  // namespace sarfocus::autofocus::detail

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/execution.hpp>
+#include <sarfocus/fft/plan.hpp>
+
+#include "point_source.hpp"
+
+namespace sarfocus::autofocus::detail {
+
+/// Range gates worth estimating from, ascending: those with the largest sum of squared intensity, which a strong point raises most,
+/// defocused or not. All of a small image; of a large one a quarter, which loses next to nothing.
+[[nodiscard]] std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution);
+
+/// The azimuth spectrum of the strong gates. Its pulses are the occupied part of the spectrum, in the order in which it is one piece: a
+/// Doppler centroid may have folded it round the ends.
+class SpectrumSource : public PointSource {
+public:
+    SpectrumSource(const ImageView& image, const Execution& execution);
+
+    [[nodiscard]] std::ptrdiff_t n_pulse() const override { return n_pulse_; }
+    [[nodiscard]] std::array<std::ptrdiff_t, 2> shape() const override { return {n_azimuth_, spectrum_.extent(0)}; }
+    [[nodiscard]] std::ptrdiff_t range_gate(std::ptrdiff_t column) const override { return gates_[static_cast<std::size_t>(column)]; }
+    [[nodiscard]] bool fractional_columns() const override { return false; }
+    [[nodiscard]] bool is_list() const override { return false; }
+    [[nodiscard]] double sum_scale() const override { return static_cast<double>(n_azimuth_) * static_cast<double>(n_azimuth_); }
+
+    void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) override;
+    void histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) override;
+
+    /// From pulses to fftshift(fft(image)): index p of the support goes to its place among all n_azimuth.
+    [[nodiscard]] std::vector<double> over_spectrum(const std::vector<double>& values, double elsewhere) const;
+    /// Unshifted transform bin of pulse p.
+    [[nodiscard]] std::ptrdiff_t bin(std::ptrdiff_t p) const { return ((first_ + p) % n_azimuth_ + n_azimuth_) % n_azimuth_; }
+    /// [gates, n_azimuth], unnormalised, unshifted.
+    [[nodiscard]] const Array<cfloat, 2>& spectrum() const { return spectrum_; }
+
+private:
+    void find_support();
+
+    std::ptrdiff_t n_azimuth_;
+    std::vector<std::ptrdiff_t> gates_;
+    Array<cfloat, 2> spectrum_;
+    fft::Plan<float> inverse_;
+    std::ptrdiff_t first_ = 0;  // frequency index of pulse 0
+    std::ptrdiff_t n_pulse_ = 0;
+};
+
+}  // namespace sarfocus::autofocus::detail
