@@ -1,3 +1,5 @@
+#include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -7,6 +9,7 @@
 
 #include <sarfocus/autofocus/gpga.hpp>
 #include <sarfocus/autofocus/pga.hpp>
+#include <sarfocus/autofocus/pga_2d.hpp>
 #include <sarfocus/autofocus/phase_estimate.hpp>
 #include <sarfocus/autofocus/time_offset.hpp>
 
@@ -73,6 +76,52 @@ PythonResult pga(const py::object& image, const std::string& estimator, const st
     }
     answer.image = out.is_none() && answer.result.input_returned() ? image : py::object(corrected.owner);
     return answer;
+}
+
+autofocus::MigrationModel model_of(const std::string& name) {
+    if (name == "range_doppler") return autofocus::MigrationModel::range_doppler;
+    if (name == "polar_format") return autofocus::MigrationModel::polar_format;
+    throw ValueError("model", "\"range_doppler\" or \"polar_format\"", "\"" + name + "\"");
+}
+
+PythonResult pga_2d(const py::object& image, std::optional<double> bandwidth_ratio, const std::string& model, int passes,
+                    const std::string& estimator, const std::vector<double>& coarse_windows, int coarse_points, int fine_points,
+                    double minimum_contrast, int fine_rounds, double tolerance, bool do_no_harm, const py::object& out, int threads,
+                    const py::object& progress) {
+    const auto source = input<cfloat, 2>(image, "image");
+    const auto corrected = output<cfloat, 2>(out, source.view.extents(), &source.owner);
+    autofocus::Pga2dOptions options;
+    if (bandwidth_ratio) {
+        require_finite_value(*bandwidth_ratio, "bandwidth_ratio");
+        options.bandwidth_ratio = *bandwidth_ratio;
+    }
+    options.model = model_of(model);
+    options.passes = passes;
+    options.points = point_options(estimator, coarse_windows, coarse_points, fine_points, minimum_contrast, fine_rounds, tolerance,
+                                   do_no_harm, threads, progress);
+    PythonResult answer;
+    {
+        const py::gil_scoped_release release;
+        answer.result = autofocus::pga_2d(source.view, corrected.view, options);
+    }
+    answer.image = out.is_none() && answer.result.input_returned() ? image : py::object(corrected.owner);
+    return answer;
+}
+
+py::array correct_two_dimensional(const py::object& image, const py::object& phase, double bandwidth_ratio, const std::string& model,
+                                  const py::object& out, int threads, const py::object& progress) {
+    const auto source = input<cfloat, 2>(image, "image");
+    const auto values = real_input<1>(phase, "phase");
+    const auto corrected = output<cfloat, 2>(out, source.view.extents(), &source.owner);
+    const auto how = execution(threads, progress);
+    const autofocus::MigrationModel term = model_of(model);
+    std::vector<double> error;
+    for (std::ptrdiff_t k = 0; k < values.view.extent(0); ++k) error.push_back(values.view(k));
+    {
+        const py::gil_scoped_release release;
+        autofocus::correct_two_dimensional(source.view, error, bandwidth_ratio, term, corrected.view, how);
+    }
+    return corrected.owner;
 }
 
 PythonResult gpga(const py::object& data, const py::object& positions, const geometry::ImageGrid& grid, const py::object& range_start,
@@ -185,6 +234,76 @@ Raises
 ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
 }
 
+void bind_pga_2d(py::module_ m) {
+    const autofocus::PointOptions defaults;
+    m.def("pga_2d", &pga_2d, py::arg("image"), py::kw_only(), py::arg("bandwidth_ratio") = py::none(), py::arg("model") = "range_doppler",
+          py::arg("passes") = 3, py::arg("estimator") = "ml", py::arg("coarse_windows") = defaults.coarse_windows,
+          py::arg("coarse_points") = defaults.coarse_points, py::arg("fine_points") = defaults.fine_points,
+          py::arg("minimum_contrast") = defaults.minimum_contrast, py::arg("fine_rounds") = defaults.fine_rounds,
+          py::arg("tolerance") = defaults.tolerance, py::arg("do_no_harm") = true, py::arg("out") = py::none(), py::arg("threads") = 0,
+          py::arg("progress") = py::none(),
+          R"(Two-dimensional phase gradient autofocus, for errors that move points through range gates.
+
+An error of the path multiplies the two-dimensional spectrum of the image by exp(1j * (1 + y) * phi(u)), y the baseband range frequency
+over the carrier. phi is estimated as by `pga`, in a range band so narrow that no point moves by more than half a cell, corrected in two
+dimensions, and what is left estimated again. Constant and line of phi are gauge: what a line moves through range stays.
+
+Parameters
+----------
+image : complex64 [n_azimuth, n_range]
+    Range increasing with the gate (decreasing: negative ratio); any strides.
+bandwidth_ratio : float, optional
+    Range sampling rate over carrier frequency, -0.9 to 0.9. None: found from the image, between -0.5 and 0.5; 0, the correction of
+    `pga`, where one half of the strongest range stripes is no sharper with the other half's ratio.
+model : {"range_doppler", "polar_format"}
+    exp(1j * (1 + y) * phi(u)), or exp(1j * (1 + y) * phi(u / (1 + y))) of images by the polar format algorithm.
+passes : int
+    At most so many estimates, each after a correction by those before.
+estimator, coarse_windows, coarse_points, fine_points, minimum_contrast, fine_rounds, tolerance
+    As for `pga`.
+do_no_harm : bool
+    Hand the input back where the score is not better.
+out : complex64 [n_azimuth, n_range], optional
+    Where the corrected image goes.
+threads, progress
+    As everywhere.
+
+Returns
+-------
+Result
+    phase_error and phase_std are over fftshift(fft(image, axis=0), axes=0); diagnostics["migration"] has the ratio.
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
+    m.def("correct_two_dimensional", &correct_two_dimensional, py::arg("image"), py::arg("phase"), py::arg("bandwidth_ratio"),
+          py::kw_only(), py::arg("model") = "range_doppler", py::arg("out") = py::none(), py::arg("threads") = 0,
+          py::arg("progress") = py::none(),
+          R"(Takes a phase error and the range migration that comes with it off an image.
+
+Parameters
+----------
+image : complex64 [n_azimuth, n_range]
+    Any strides.
+phase : array_like [n_azimuth]
+    rad, over fftshift(fft(image, axis=0), axes=0).
+bandwidth_ratio, model
+    As for `pga_2d`; a ratio is needed here.
+out : complex64 [n_azimuth, n_range], optional
+    Where the corrected image goes.
+threads, progress
+    As everywhere.
+
+Returns
+-------
+complex64 [n_azimuth, n_range]
+    The image with its two-dimensional spectrum multiplied by exp(-1j * (1 + y) * phase), circular along both axes.
+
+Raises
+------
+ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
+}
+
 }  // namespace
 
 void bind_autofocus(py::module_ m) {
@@ -216,7 +335,8 @@ void bind_autofocus(py::module_ m) {
             "points", [](const PythonResult& r) { return points(r.result); },
             "structured array: azimuth, range, shift (pixels), weight, contrast.")
         .def_property_readonly(
-            "diagnostics", [](const PythonResult& r) { return diagnostics(r.result); }, "dict: method, rounds, score, timings, threads; where the method decides them: strip, adaptive, trials.")
+            "diagnostics", [](const PythonResult& r) { return diagnostics(r.result); },
+            "dict: method, rounds, score, timings, threads; where the method decides them: strip, adaptive, trials.")
         .def("summary", [](const PythonResult& r) { return r.result.summary(); }, "A few lines for people.");
 
     py::class_<autofocus::PhaseEstimate>(m, "PhaseEstimate", "The phase common to a set of lines; see estimate_phase.")
@@ -331,6 +451,7 @@ Result
 Raises
 ------
 ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
+    bind_pga_2d(m);
     bind_time_offset(m);
 }
 

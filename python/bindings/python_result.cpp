@@ -59,6 +59,18 @@ py::dict adaptive_details(const autofocus::AdaptiveDetails& adaptive) {
     return out;
 }
 
+py::dict migration_details(const autofocus::MigrationDetails& migration) {
+    py::dict out;
+    out["model"] = migration.model;
+    out["bandwidth_ratio"] = migration.bandwidth_ratio;
+    out["estimated"] = migration.estimated;
+    out["gain"] = migration.gain;
+    out["noise"] = migration.noise;
+    out["gates"] = migration.gates;
+    out["passes"] = migration.passes;
+    return out;
+}
+
 py::list method_trials(const std::vector<autofocus::MethodTrial>& trials) {
     py::list out;
     for (const autofocus::MethodTrial& t : trials) {
@@ -104,6 +116,7 @@ py::dict diagnostics(const autofocus::Result& result) {
     out["method"] = result.method;
     if (!result.strip.coverage.empty()) out["strip"] = strip_details(result.strip);
     if (!result.adaptive.cells.empty()) out["adaptive"] = adaptive_details(result.adaptive);
+    if (!result.migration.model.empty()) out["migration"] = migration_details(result.migration);
     if (!result.trials.empty()) out["trials"] = method_trials(result.trials);
     out["rounds"] = rounds;
     out["score"] = score;

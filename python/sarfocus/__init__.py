@@ -8,10 +8,12 @@ from ._core.autofocus import (
     Status,
     TimeOffset,
     TimeOffsetStatus,
+    correct_two_dimensional,
     estimate_phase,
     estimate_time_offset,
     gpga,
     pga,
+    pga_2d,
 )
 from ._core.focus import (
     RangeCompressed,
@@ -47,6 +49,7 @@ __all__ = [
     "backproject",
     "backproject_histories",
     "compress_frequency",
+    "correct_two_dimensional",
     "detect",
     "estimate_doppler_centroid",
     "estimate_phase",
@@ -57,6 +60,7 @@ __all__ = [
     "io",
     "path_weights",
     "pga",
+    "pga_2d",
     "project",
     "quality",
     "range_compress",

@@ -73,6 +73,34 @@ def pga(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> Result: ...
+def pga_2d(
+    image: NDArray[np.complex64],
+    *,
+    bandwidth_ratio: float | None = None,
+    model: Literal["range_doppler", "polar_format"] = "range_doppler",
+    passes: int = 3,
+    estimator: Literal["ml", "gradient"] = "ml",
+    coarse_windows: Sequence[float] = ...,
+    coarse_points: int = 100,
+    fine_points: int = 2000,
+    minimum_contrast: float = 12.0,
+    fine_rounds: int = 6,
+    tolerance: float = 0.005,
+    do_no_harm: bool = True,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Result: ...
+def correct_two_dimensional(
+    image: NDArray[np.complex64],
+    phase: ArrayLike,
+    bandwidth_ratio: float,
+    *,
+    model: Literal["range_doppler", "polar_format"] = "range_doppler",
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> NDArray[np.complex64]: ...
 def gpga(
     data: NDArray[np.complex64],
     positions: ArrayLike | tuple[ArrayLike, ArrayLike],

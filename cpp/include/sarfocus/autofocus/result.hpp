@@ -103,6 +103,17 @@ struct AdaptiveDetails {
     std::vector<SubAperture> sub_apertures;
 };
 
+/// What only pga_2d finds.
+struct MigrationDetails {
+    std::string model;             ///< "range_doppler" or "polar_format"; empty for other methods
+    double bandwidth_ratio = 0.0;  ///< range sampling rate over carrier frequency that the correction assumed
+    bool estimated = false;        ///< from the image
+    double gain = 0.0;             ///< nat, of the log sharpness of range stripes with that ratio from others, where estimated
+    double noise = 0.0;            ///< nat, what chance would give
+    double gates = 0.0;            ///< over which the error spread a point, peak to peak
+    int passes = 0;                ///< estimates, each after a correction in two dimensions by those before
+};
+
 /// One method that `autofocus` tried.
 struct MethodTrial {
     std::string method;
@@ -133,6 +144,7 @@ struct Result {
     std::string method;               ///< that made this result
     StripDetails strip;               ///< empty for spotlight methods
     AdaptiveDetails adaptive;         ///< empty but for adaptive_pga
+    MigrationDetails migration;       ///< empty but for pga_2d
     std::vector<MethodTrial> trials;  ///< empty but for autofocus
     std::vector<Timing> timings;
     int threads = 0;

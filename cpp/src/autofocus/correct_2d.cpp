@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <sarfocus/autofocus/pga.hpp>
+#include <sarfocus/autofocus/pga_2d.hpp>
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+#include <sarfocus/fft/plan.hpp>
+#include <sarfocus/signal/phasor.hpp>
+
+#include "azimuth_spectra.hpp"
+
+namespace sarfocus::autofocus {
+namespace {
+
+// A value between the samples by a cubic through four neighbours (Catmull-Rom); beyond the ends it goes on as a line.
+double between(const std::vector<double>& phase, double position) {
+    const auto n = static_cast<std::ptrdiff_t>(phase.size());
+    const auto value = [&](std::ptrdiff_t k) {
+        if (k < 0) return phase[0] + static_cast<double>(k) * (phase[1] - phase[0]);
+        if (k >= n) return phase[phase.size() - 1] + static_cast<double>(k - n + 1) * (phase[phase.size() - 1] - phase[phase.size() - 2]);
+        return phase[static_cast<std::size_t>(k)];
+    };
+    const auto k = static_cast<std::ptrdiff_t>(std::floor(position));
+    const double x = position - static_cast<double>(k);
+    const double a = value(k - 1);
+    const double b = value(k);
+    const double c = value(k + 1);
+    const double d = value(k + 2);
+    return b + 0.5 * x * (c - a + x * (2.0 * a - 5.0 * b + 4.0 * c - d + x * (3.0 * (b - c) + d - a)));
+}
+
+}  // namespace
+
+double range_migration(const std::vector<double>& phase, double bandwidth_ratio, MigrationModel model) {
+    // Derivative of the term by y at 0: phi, less u dphi/du in the polar format.
+    const auto n = static_cast<std::ptrdiff_t>(phase.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+        double slope = phase[static_cast<std::size_t>(k)];
+        if (model == MigrationModel::polar_format && n > 1) {
+            const std::ptrdiff_t before = std::max<std::ptrdiff_t>(k - 1, 0);
+            const std::ptrdiff_t behind = std::min(k + 1, n - 1);
+            slope -= static_cast<double>(k - n / 2) * (phase[static_cast<std::size_t>(behind)] - phase[static_cast<std::size_t>(before)]) /
+                     static_cast<double>(behind - before);
+        }
+        low = std::min(low, slope);
+        high = std::max(high, slope);
+    }
+    return n > 0 ? (high - low) * std::abs(bandwidth_ratio) / two_pi : 0.0;
+}
+
+void correct_two_dimensional(const ImageView& image, const std::vector<double>& phase, double bandwidth_ratio, MigrationModel model,
+                             MutableImageView corrected, const Execution& execution) {
+    constexpr double largest = 0.9;  // beyond, the band would reach down to zero frequency
+    if (!(std::abs(bandwidth_ratio) <= largest)) throw ValueError("bandwidth_ratio", "-0.9 to 0.9", number_text(bandwidth_ratio));
+    require_not_empty(image, "image");
+    require_same_shape(corrected, "out", image, "image");
+    const std::ptrdiff_t n = image.extent(0);
+    const std::ptrdiff_t m = image.extent(1);
+    if (static_cast<std::ptrdiff_t>(phase.size()) != n)
+        throw ShapeError("phase", std::to_string(n) + " values", std::to_string(phase.size()));
+    require_finite(ArrayView<const double, 1>(phase.data(), {n}), "phase");
+    if (bandwidth_ratio == 0.0) return correct_azimuth_spectrum(image, phase, corrected, execution);
+    require_finite(image, "image", execution.threads);
+    require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the spectrum of the image");
+    Array<cfloat, 2> spectrum({n, m});
+    detail::transform_azimuth(image, fft::Direction::forward, spectrum.view(), execution);
+    const fft::Plan<float> forward(m, fft::Direction::forward);
+    const fft::Plan<float> inverse(m, fft::Direction::inverse);
+    const float scale = 1.0f / (static_cast<float>(n) * static_cast<float>(m));
+    parallel_for(execution, "correct", n, [&](std::int64_t k) {
+        const std::ptrdiff_t shifted = (k + n / 2) % n;
+        const auto u = static_cast<double>(shifted - n / 2);
+        Array<cfloat, 1> line({m});
+        std::copy_n(spectrum.data() + k * m, m, line.data());
+        forward.execute(line.data());
+        for (std::ptrdiff_t f = 0; f < m; ++f) {
+            const double y = bandwidth_ratio * static_cast<double>(f < (m + 1) / 2 ? f : f - m) / static_cast<double>(m);
+            const double value = model == MigrationModel::polar_format ? between(phase, u / (1.0 + y) + static_cast<double>(n / 2))
+                                                                       : phase[static_cast<std::size_t>(shifted)];
+            float real = 0.0f;
+            float imag = 0.0f;
+            signal::unit_phasor(-(1.0 + y) * value / two_pi, real, imag);
+            line(f) *= cfloat(scale * real, scale * imag);
+        }
+        inverse.execute(line.data());
+        std::copy_n(line.data(), m, spectrum.data() + k * m);
+    });
+    detail::transform_azimuth(spectrum.view(), fft::Direction::inverse, corrected, execution);
+}
+
+}  // namespace sarfocus::autofocus
