@@ -15,6 +15,7 @@ PYBIND11_MODULE(_core, m) {
     bind_focus(focus);
     bind_compress(focus);
     bind_autofocus(m.def_submodule("autofocus", "Phase error estimation and correction."));
+    bind_adaptive(m.def_submodule("adaptive", "Scene-adaptive autofocus, and its steps one by one."));
     pybind11::module_ strip = m.def_submodule("strip", "Stripmap autofocus, and its steps one by one.");
     bind_strip(strip);
     bind_cross_track(strip);

@@ -32,6 +32,7 @@ py::dict adaptive_details(const autofocus::AdaptiveDetails& adaptive) {
         py::dict row;
         row["azimuth"] = c.azimuth;
         row["range"] = c.range;
+        row["extent"] = c.extent;
         row["value"] = c.value;
         row["clutter"] = c.clutter;
         row["threshold"] = c.threshold;

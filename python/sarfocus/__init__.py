@@ -1,7 +1,8 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import detect, io, quality, signal, simulate, strip
+from . import adaptive, detect, io, quality, signal, simulate, strip
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
+from ._core.adaptive import adaptive_pga, conventional_pga
 from ._core.autofocus import (
     PhaseEstimate,
     Result,
@@ -44,11 +45,14 @@ __all__ = [
     "TimeOffset",
     "TimeOffsetStatus",
     "__version__",
+    "adaptive",
+    "adaptive_pga",
     "azimuth_compress",
     "azimuth_decompress",
     "backproject",
     "backproject_histories",
     "compress_frequency",
+    "conventional_pga",
     "correct_two_dimensional",
     "detect",
     "estimate_doppler_centroid",

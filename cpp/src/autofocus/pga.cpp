@@ -4,21 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
-#include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
-#include <sarfocus/fft/plan.hpp>
 
 #include "point_engine.hpp"
 #include "spectrum_source.hpp"
 
 namespace sarfocus::autofocus {
 namespace {
-
-std::size_t at(std::ptrdiff_t i) {
-    return static_cast<std::size_t>(i);
-}
 
 void require_image(const ImageView& image, const MutableImageView& corrected, const Execution& execution) {
     require_not_empty(image, "image");
@@ -40,18 +33,7 @@ void correct_azimuth_spectrum(const ImageView& image, const std::vector<double>&
     const std::ptrdiff_t n = image.extent(0);
     if (static_cast<std::ptrdiff_t>(phase.size()) != n)
         throw ShapeError("phase", std::to_string(n) + " values", std::to_string(phase.size()));
-    std::vector<cfloat> factor(at(n));
-    for (std::ptrdiff_t k = 0; k < n; ++k) factor[at(k)] = cfloat(std::polar(1.0 / static_cast<double>(n), -phase[at((k + n / 2) % n)]));
-    const fft::Plan<float> forward(n, fft::Direction::forward);
-    const fft::Plan<float> inverse(n, fft::Direction::inverse);
-    parallel_for(execution, "correct", image.extent(1), [&](std::int64_t j) {
-        Array<cfloat, 1> line({n});
-        for (std::ptrdiff_t i = 0; i < n; ++i) line(i) = image(i, j);
-        forward.execute(line.data());
-        for (std::ptrdiff_t k = 0; k < n; ++k) line(k) *= factor[at(k)];
-        inverse.execute(line.data());
-        for (std::ptrdiff_t i = 0; i < n; ++i) corrected(i, j) = line(i);
-    });
+    detail::correct_spectrum(image, phase, corrected, nullptr, nullptr, execution);
 }
 
 Result pga(const ImageView& image, MutableImageView corrected, const PointOptions& options) {

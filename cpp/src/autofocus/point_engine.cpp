@@ -135,8 +135,13 @@ struct Estimate {
 
 class Engine {
 public:
-    Engine(PointSource& source, const PointOptions& options, Result& result)
-        : source_(source), options_(options), result_(result), watch_(result.timings), image_({source.shape()[0], source.shape()[1]}) {}
+    Engine(PointSource& source, const PointOptions& options, const PointPlan& plan, Result& result)
+        : source_(source),
+          options_(options),
+          plan_(plan),
+          result_(result),
+          watch_(result.timings),
+          image_({source.shape()[0], source.shape()[1]}) {}
 
     void run() {
         source_.form(Phase(static_cast<std::size_t>(source_.n_pulse()), 0.0), image_.view(), options_.execution);
@@ -167,17 +172,30 @@ private:
         Estimate out;
         out.phase.assign(static_cast<std::size_t>(source_.n_pulse()), 0.0);
         for (const double window : options_.coarse_windows) coarse_round(out, window, half);
+        if (plan_.coarse_only) return out;
         for (int round = 0; round < options_.fine_rounds && !out.settled; ++round) fine_round(out, half);
         return out;
     }
 
-    [[nodiscard]] std::vector<Pixel> choose(const Phase& phase, int count, double separation_cells, int half) {
+    [[nodiscard]] ArrayView<const bool, 2> wanted(int half) const {
+        return half == everywhere ? ArrayView<const bool, 2>{} : masks_[static_cast<std::size_t>(half)].view();
+    }
+
+    [[nodiscard]] std::vector<Pixel> strongest(int count, double separation_cells, int half) {
+        return strongest_points(image_.view(), source_, count, {separation_cells * cell_.azimuth, separation_cells * cell_.range},
+                                wanted(half), options_.execution);
+    }
+
+    [[nodiscard]] std::vector<Pixel> choose(const Phase& phase, int half, bool coarse) {
         source_.form(phase, image_.view(), options_.execution);
         watch_.lap("form");
-        const ArrayView<const bool, 2> wanted =
-            half == everywhere ? ArrayView<const bool, 2>{} : masks_[static_cast<std::size_t>(half)].view();
-        auto points = strongest_points(image_.view(), source_, count, {separation_cells * cell_.azimuth, separation_cells * cell_.range},
-                                       wanted, options_.execution);
+        std::vector<Pixel> points;
+        if (!coarse)
+            points = strongest(options_.fine_points, options_.fine_separation, half);
+        else if (plan_.coarse)
+            points = plan_.coarse(std::as_const(image_).view(), cell_, wanted(half));
+        else
+            points = strongest(options_.coarse_points, options_.coarse_separation, half);
         watch_.lap("choose points");
         return points;
     }
@@ -194,7 +212,7 @@ private:
     }
 
     void coarse_round(Estimate& so_far, double window, int half) {
-        const std::vector<Pixel> points = choose(so_far.phase, options_.coarse_points, options_.coarse_separation, half);
+        const std::vector<Pixel> points = choose(so_far.phase, half, true);
         if (points.empty()) return;
         Array<cfloat, 2> lines = histories(points);
         take_out(so_far.phase, lines);
@@ -205,10 +223,28 @@ private:
         how.tolerance = 1e-3;
         how.noise_floor = options_.coarse_noise_floor;
         how.execution = options_.execution;
-        const PhaseEstimate update = estimate_phase(lines.view(), how);
-        add(so_far.phase, update.phase);
+        if (plan_.coarse_only) how.max_iterations = 3;  // the gradient's own need none; these say how well it is known
+        PhaseEstimate update = estimate_phase(lines.view(), how);
         note(half, {"coarse", window, static_cast<int>(points.size()), update.iterations, rms(update.phase)});
+        if (plan_.coarse_only) {
+            so_far.settled = rms(update.phase) < options_.tolerance;
+            so_far.fine = lines_as_they_are(points, lines, so_far.phase);
+        }
+        add(so_far.phase, update.phase);
+        so_far.last = std::move(update);
         watch_.lap("estimate");
+    }
+
+    // The points of a coarse round, windowed, with the phase taken out put back.
+    [[nodiscard]] FineLines lines_as_they_are(const std::vector<Pixel>& points, Array<cfloat, 2>& lines, const Phase& phase) const {
+        FineLines out;
+        out.points = points;
+        Phase back(phase.size());
+        std::transform(phase.begin(), phase.end(), back.begin(), [](double p) { return -p; });
+        take_out(back, lines);
+        out.contrast = contrasts(lines, phase);
+        out.lines = std::move(lines);
+        return out;
     }
 
     void fine_round(Estimate& so_far, int half) {
@@ -234,7 +270,7 @@ private:
     // The histories of the points that stand out, the strongest maxima first asked.
     [[nodiscard]] FineLines fine_lines(const Phase& phase, int half) {
         FineLines out;
-        const std::vector<Pixel> points = choose(phase, options_.fine_points, options_.fine_separation, half);
+        const std::vector<Pixel> points = choose(phase, half, false);
         if (points.empty()) return out;
         const Array<cfloat, 2> all = histories(points);
         const std::vector<double> contrast = contrasts(all, phase);
@@ -331,6 +367,7 @@ private:
 
     PointSource& source_;
     const PointOptions& options_;
+    const PointPlan& plan_;
     Result& result_;
     Stopwatch watch_;
     Array<cfloat, 2> image_;
@@ -340,11 +377,11 @@ private:
 
 }  // namespace
 
-Result estimate_from_points(PointSource& source, const PointOptions& options) {
+Result estimate_from_points(PointSource& source, const PointOptions& options, const PointPlan& plan) {
     options.validate();
     Result result;
     result.threads = resolve_threads(options.execution.threads);
-    Engine(source, options, result).run();
+    Engine(source, options, plan, result).run();
     return result;
 }
 

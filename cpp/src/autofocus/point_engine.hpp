@@ -1,16 +1,28 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <sarfocus/autofocus/options.hpp>
 #include <sarfocus/autofocus/result.hpp>
 
 #include "point_source.hpp"
+#include "strong_points.hpp"
 
 namespace sarfocus::autofocus::detail {
 
+/// Points for a coarse round from the image as it is focused so far; `wanted` excludes pixels, an empty view none.
+using PointChooser =
+    std::function<std::vector<Pixel>(const ImageView& image, const CellSize& cell, const ArrayView<const bool, 2>& wanted)>;
+
+/// What a method does its own way.
+struct PointPlan {
+    PointChooser coarse;       ///< empty: the strongest maxima of the image
+    bool coarse_only = false;  ///< the windowed lines of the last coarse round are the result: the classic method
+};
+
 /// Estimates the phase of a source's pulses from its strong points and decides whether it helps. Fills everything of the result but the
 /// caller's image; estimate and phase_std are over the source's pulses.
-[[nodiscard]] Result estimate_from_points(PointSource& source, const PointOptions& options);
+[[nodiscard]] Result estimate_from_points(PointSource& source, const PointOptions& options, const PointPlan& plan = {});
 
 }  // namespace sarfocus::autofocus::detail

@@ -3,14 +3,44 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
+
+#include <omp.h>
 
 #include <sarfocus/core/constants.hpp>
+
+#include "strip_lines.hpp"
 
 namespace sarfocus::autofocus::detail {
 namespace {
 
-std::size_t at(std::ptrdiff_t i) {
-    return static_cast<std::size_t>(i);
+constexpr std::ptrdiff_t gates_of_a_block = 8;  // a cache line of a row-major image
+
+// Aligned lines of azimuth for a block of gates, one workspace a thread.
+class Lines {
+public:
+    Lines(std::ptrdiff_t n_azimuth, const Execution& execution)
+        : n_azimuth_(n_azimuth),
+          stride_((n_azimuth + 7) / 8 * 8),
+          workspaces_(static_cast<std::size_t>(resolve_threads(execution.threads))) {}
+
+    // Line g of the calling thread's workspace at data() + g * stride().
+    [[nodiscard]] cfloat* mine() {
+        auto& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
+        if (workspace.empty()) workspace = Array<cfloat, 1>({stride_ * gates_of_a_block});
+        return workspace.data();
+    }
+    [[nodiscard]] std::ptrdiff_t stride() const { return stride_; }
+    [[nodiscard]] std::ptrdiff_t n_azimuth() const { return n_azimuth_; }
+
+private:
+    std::ptrdiff_t n_azimuth_;
+    std::ptrdiff_t stride_;
+    std::vector<Array<cfloat, 1>> workspaces_;
+};
+
+std::ptrdiff_t blocks_of(std::ptrdiff_t gates) {
+    return (gates + gates_of_a_block - 1) / gates_of_a_block;
 }
 
 }  // namespace
@@ -38,16 +68,26 @@ std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution
 }
 
 SpectrumSource::SpectrumSource(const ImageView& image, const Execution& execution)
+    : SpectrumSource(image, strong_gates(image, execution), execution) {}
+
+SpectrumSource::SpectrumSource(const ImageView& image, std::vector<std::ptrdiff_t> gates, const Execution& execution)
     : n_azimuth_(image.extent(0)),
-      gates_(strong_gates(image, execution)),
+      gates_(std::move(gates)),
       spectrum_({static_cast<std::ptrdiff_t>(gates_.size()), n_azimuth_}),
       inverse_(n_azimuth_, fft::Direction::inverse) {
     const fft::Plan<float> forward(n_azimuth_, fft::Direction::forward);
-    parallel_for(execution, "azimuth spectrum", spectrum_.extent(0), [&](std::int64_t c) {
-        Array<cfloat, 1> line({n_azimuth_});
-        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) line(i) = image(i, gates_[at(c)]);
-        forward.execute(line.data());
-        std::copy_n(line.data(), n_azimuth_, spectrum_.data() + c * n_azimuth_);
+    Lines lines(n_azimuth_, execution);
+    parallel_for(execution, "azimuth spectrum", blocks_of(spectrum_.extent(0)), [&](std::int64_t b) {
+        const std::ptrdiff_t begin = b * gates_of_a_block;
+        const std::ptrdiff_t end = std::min(begin + gates_of_a_block, spectrum_.extent(0));
+        cfloat* work = lines.mine();
+        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i)
+            for (std::ptrdiff_t c = begin; c < end; ++c) work[(c - begin) * lines.stride() + i] = image(i, gates_[at(c)]);
+        for (std::ptrdiff_t c = begin; c < end; ++c) {
+            cfloat* line = work + (c - begin) * lines.stride();
+            forward.execute(line);
+            std::copy_n(line, n_azimuth_, spectrum_.data() + c * n_azimuth_);
+        }
     });
     find_support();
 }
@@ -55,22 +95,37 @@ SpectrumSource::SpectrumSource(const ImageView& image, const Execution& executio
 void SpectrumSource::form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) {
     std::vector<cfloat> factor(at(n_azimuth_), cfloat(1.0f / static_cast<float>(n_azimuth_), 0.0f));
     for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) factor[at(bin(p))] *= cfloat(std::polar(1.0, -phase[at(p)]));
-    parallel_for(execution, "form", spectrum_.extent(0), [&](std::int64_t c) {
-        Array<cfloat, 1> line({n_azimuth_});
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line(k) = spectrum_(c, k) * factor[at(k)];
-        inverse_.execute(line.data());
-        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) image(i, c) = line(i);
+    Lines lines(n_azimuth_, execution);
+    parallel_for(execution, "form", blocks_of(spectrum_.extent(0)), [&](std::int64_t b) {
+        const std::ptrdiff_t begin = b * gates_of_a_block;
+        const std::ptrdiff_t end = std::min(begin + gates_of_a_block, spectrum_.extent(0));
+        cfloat* work = lines.mine();
+        for (std::ptrdiff_t c = begin; c < end; ++c) {
+            cfloat* line = work + (c - begin) * lines.stride();
+            for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = spectrum_(c, k) * factor[at(k)];
+            inverse_.execute(line);
+        }
+        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i)
+            for (std::ptrdiff_t c = begin; c < end; ++c) image(i, c) = work[(c - begin) * lines.stride() + i];
     });
 }
 
 void SpectrumSource::histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) {
     parallel_for(execution, "histories", static_cast<std::int64_t>(points.size()), [&](std::int64_t n) {
         const Pixel& point = points[at(n)];
-        const std::ptrdiff_t column = std::lround(point.column);
-        const double step = two_pi * point.azimuth / static_cast<double>(n_azimuth_);
-        for (std::ptrdiff_t p = 0; p < n_pulse_; ++p)
-            histories(n, p) =
-                spectrum_(column, bin(p)) * cfloat(std::polar(1.0, std::remainder(step * static_cast<double>(first_ + p), two_pi)));
+        const cfloat* spectrum = spectrum_.data() + std::lround(point.column) * n_azimuth_;
+        Ramp ramp(two_pi * point.azimuth / static_cast<double>(n_azimuth_), static_cast<double>(first_));
+        for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) histories(n, p) = spectrum[bin(p)] * cfloat(ramp.next());
+    });
+}
+
+void SpectrumSource::replace(const ImageView& lines, const Array<float, 2>& factor, const Execution& execution) {
+    const fft::Plan<float> forward(n_azimuth_, fft::Direction::forward);
+    parallel_for(execution, "azimuth spectrum", spectrum_.extent(0), [&](std::int64_t c) {
+        Array<cfloat, 1> line({n_azimuth_});
+        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) line(i) = lines(i, c);
+        forward.execute(line.data());
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) spectrum_(c, k) = line(k) * factor(c, k);
     });
 }
 
@@ -106,6 +161,39 @@ void SpectrumSource::find_support() {
     first_ = longest > 0 ? gap_end % n_azimuth_ : -(n_azimuth_ / 2);
     if (first_ > n_azimuth_ / 2) first_ -= n_azimuth_;
     n_pulse_ = n_azimuth_ - longest;
+}
+
+void correct_spectrum(const ImageView& image, const std::vector<double>& phase, const MutableImageView& corrected,
+                      quality::EntropySums* before, quality::EntropySums* after, const Execution& execution) {
+    const std::ptrdiff_t n = image.extent(0);
+    std::vector<cfloat> factor(at(n));
+    for (std::ptrdiff_t k = 0; k < n; ++k) factor[at(k)] = cfloat(std::polar(1.0 / static_cast<double>(n), -phase[at((k + n / 2) % n)]));
+    const fft::Plan<float> forward(n, fft::Direction::forward);
+    const fft::Plan<float> inverse(n, fft::Direction::inverse);
+    Lines lines(n, execution);
+    const bool measured = before != nullptr && after != nullptr;
+    std::vector<std::array<quality::EntropySums, 2>> sums(measured ? at(image.extent(1)) : 0);
+    parallel_for(execution, "correct", blocks_of(image.extent(1)), [&](std::int64_t b) {
+        const std::ptrdiff_t begin = b * gates_of_a_block;
+        const std::ptrdiff_t end = std::min(begin + gates_of_a_block, image.extent(1));
+        cfloat* work = lines.mine();
+        for (std::ptrdiff_t i = 0; i < n; ++i)
+            for (std::ptrdiff_t j = begin; j < end; ++j) work[(j - begin) * lines.stride() + i] = image(i, j);
+        for (std::ptrdiff_t j = begin; j < end; ++j) {
+            cfloat* line = work + (j - begin) * lines.stride();
+            if (measured) sums[at(j)][0] = quality::entropy_sums(line, n);
+            forward.execute(line);
+            for (std::ptrdiff_t k = 0; k < n; ++k) line[k] *= factor[at(k)];
+            inverse.execute(line);
+            if (measured) sums[at(j)][1] = quality::entropy_sums(line, n);
+        }
+        for (std::ptrdiff_t i = 0; i < n; ++i)
+            for (std::ptrdiff_t j = begin; j < end; ++j) corrected(i, j) = work[(j - begin) * lines.stride() + i];
+    });
+    for (const auto& gate : sums) {
+        *before += gate[0];
+        *after += gate[1];
+    }
 }
 
 }  // namespace sarfocus::autofocus::detail

@@ -8,6 +8,7 @@
 #include <sarfocus/core/array_view.hpp>
 #include <sarfocus/core/execution.hpp>
 #include <sarfocus/fft/plan.hpp>
+#include <sarfocus/quality/image_measures.hpp>
 
 #include "point_source.hpp"
 
@@ -17,11 +18,14 @@ namespace sarfocus::autofocus::detail {
 /// defocused or not. All of a small image; of a large one a quarter, which loses next to nothing.
 [[nodiscard]] std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution);
 
-/// The azimuth spectrum of the strong gates. Its pulses are the occupied part of the spectrum, in the order in which it is one piece: a
+/// The azimuth spectrum of some range gates. Its pulses are the occupied part of the spectrum, in the order in which it is one piece: a
 /// Doppler centroid may have folded it round the ends.
 class SpectrumSource : public PointSource {
 public:
+    /// Of the strong gates.
     SpectrumSource(const ImageView& image, const Execution& execution);
+    /// gates: ascending.
+    SpectrumSource(const ImageView& image, std::vector<std::ptrdiff_t> gates, const Execution& execution);
 
     [[nodiscard]] std::ptrdiff_t n_pulse() const override { return n_pulse_; }
     [[nodiscard]] std::array<std::ptrdiff_t, 2> shape() const override { return {n_azimuth_, spectrum_.extent(0)}; }
@@ -32,6 +36,10 @@ public:
 
     void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) override;
     void histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) override;
+
+    /// Puts other samples [n_azimuth, gates] in place of those that the support was found from, their spectrum times `factor`
+    /// [gates, n_azimuth], whose order is that of the unshifted transform.
+    void replace(const ImageView& lines, const Array<float, 2>& factor, const Execution& execution);
 
     /// From pulses to fftshift(fft(image)): index p of the support goes to its place among all n_azimuth.
     [[nodiscard]] std::vector<double> over_spectrum(const std::vector<double>& values, double elsewhere) const;
@@ -50,5 +58,10 @@ private:
     std::ptrdiff_t first_ = 0;  // frequency index of pulse 0
     std::ptrdiff_t n_pulse_ = 0;
 };
+
+/// corrected = the image whose shifted azimuth spectrum is multiplied by exp(-j phase); may be the image itself. Where `before` and `after`
+/// are given, the entropies of both as their gates go by.
+void correct_spectrum(const ImageView& image, const std::vector<double>& phase, const MutableImageView& corrected,
+                      quality::EntropySums* before, quality::EntropySums* after, const Execution& execution);
 
 }  // namespace sarfocus::autofocus::detail

@@ -10,6 +10,7 @@
 #include <sarfocus/focus/azimuth.hpp>
 
 #include "stopwatch.hpp"
+#include "strip_chain.hpp"
 #include "strip_lines.hpp"
 #include "strip_result.hpp"
 #include "strip_window.hpp"
@@ -40,8 +41,8 @@ struct Pass {
     StripPhase phase;
 };
 
-Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const SpgaOptions& options, double share,
-              detail::Stopwatch& clock) {
+Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const SpgaOptions& options, const detail::StripChooser& choose,
+              double share, detail::Stopwatch& clock) {
     Pass out;
     StripSelectOptions select = options.select;
     select.execution = options.execution;
@@ -50,7 +51,7 @@ Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const Sp
     extract.window = std::max(
         static_cast<int>(std::lround(share * (options.extract.window > 0 ? options.extract.window : detail::narrow_window(geometry)))), 4);
     select.window = extract.window;
-    const std::vector<StripPoint> points = select_strip_points(image, geometry, select);
+    const std::vector<StripPoint> points = choose(image, geometry, select);
     clock.lap("select");
     out.apertures = extract_apertures(image, geometry, points, extract);
     clock.lap("extract");
@@ -86,6 +87,11 @@ void SpgaOptions::validate() const {
 }
 
 Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const SpgaOptions& options) {
+    return detail::spga_with(image, geometry, corrected, options, select_strip_points);
+}
+
+Result detail::spga_with(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const SpgaOptions& options,
+                         const StripChooser& choose) {
     options.validate();
     detail::require_strip_input(image, geometry, corrected);
     const auto n = at(image.extent(0));
@@ -108,7 +114,7 @@ Result spga(const ImageView& image, const StripmapGeometry& geometry, MutableIma
     double share = 1.0;
     Pass pass;
     for (int i = 0; i < options.iterations; ++i) {
-        pass = estimate(i == 0 ? input : ImageView(corrected), geometry, options, share, clock);
+        pass = estimate(i == 0 ? input : ImageView(corrected), geometry, options, choose, share, clock);
         if (pass.apertures.size() == 0) break;
         add_round(pass, result);
         const ArrayView<const double, 2> phase(pass.phase.phase.data(), {1, image.extent(0)});

@@ -10,6 +10,7 @@
 
 #include "range_blocks.hpp"
 #include "stopwatch.hpp"
+#include "strip_chain.hpp"
 #include "strip_lines.hpp"
 #include "strip_recut.hpp"
 #include "strip_result.hpp"
@@ -47,12 +48,13 @@ StripmapGeometry part_of(const StripmapGeometry& geometry, std::ptrdiff_t first,
     return out;
 }
 
-RangeBlock run_block(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options, detail::Stopwatch& clock) {
+RangeBlock run_block(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options,
+                     const detail::StripChooser& choose, detail::Stopwatch& clock) {
     RangeBlock out;
     StripSelectOptions select = options.select;
     select.execution = options.execution;
     if (select.window == 0) select.window = options.extract.window;
-    const std::vector<StripPoint> points = select_strip_points(image, geometry, select);
+    const std::vector<StripPoint> points = choose(image, geometry, select);
     clock.lap("select");
     if (points.empty()) return out;
     StripExtractOptions extract = options.extract;
@@ -108,14 +110,14 @@ double mean_gate(const RangeBlock& block) {
 }
 
 std::vector<RangeBlock> run_blocks(const ImageView& image, const StripmapGeometry& geometry, const SpgaLinearOptions& options,
-                                   detail::Stopwatch& clock) {
+                                   const detail::StripChooser& choose, detail::Stopwatch& clock) {
     std::vector<RangeBlock> out;
     const std::vector<std::ptrdiff_t> edges = block_edges(image.extent(1), options.range_blocks);
     for (std::size_t b = 0; b + 1 < edges.size(); ++b) {
         const std::ptrdiff_t count = edges[b + 1] - edges[b];
         RangeBlock block;
         try {
-            block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, clock);
+            block = run_block(image.slice(1, edges[b], count), part_of(geometry, edges[b], count), options, choose, clock);
         } catch (const NumericalError&) {
             require_finite(image, "image", options.execution.threads);  // with its place in the whole image
             throw;
@@ -191,6 +193,11 @@ void SpgaLinearOptions::validate() const {
 }
 
 Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const SpgaLinearOptions& options) {
+    return detail::spga_linear_with(image, geometry, corrected, options, select_strip_points);
+}
+
+Result detail::spga_linear_with(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected,
+                                const SpgaLinearOptions& options, const StripChooser& choose) {
     options.validate();
     detail::require_strip_input(image, geometry, corrected);
     if (options.range_blocks > image.extent(1))
@@ -201,7 +208,7 @@ Result spga_linear(const ImageView& image, const StripmapGeometry& geometry, Mut
     result.threads = resolve_threads(options.execution.threads);
     detail::Stopwatch clock(result.timings);
     const std::ptrdiff_t n = image.extent(0);
-    const std::vector<RangeBlock> blocks = run_blocks(image, geometry, options, clock);
+    const std::vector<RangeBlock> blocks = run_blocks(image, geometry, options, choose, clock);
     result.phase_error.assign(at(n), 0.0);
     result.strip.coverage.assign(at(n), 0.0);
     if (blocks.empty()) {

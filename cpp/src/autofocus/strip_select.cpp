@@ -12,6 +12,7 @@
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/detect/selection.hpp>
 
+#include "strip_chain.hpp"
 #include "strip_lines.hpp"
 #include "strip_window.hpp"
 
@@ -265,7 +266,16 @@ std::vector<StripPoint> select_strip_points(const ImageView& image, const Stripm
     std::vector<StripPoint> kept;
     for (std::size_t i = 0; i < points.size(); ++i)
         if (detected[i] != 0) kept.push_back(points[i]);
+    return detail::best_spread(image, geometry, std::move(kept), options);
+}
+
+std::vector<StripPoint> detail::best_spread(const ImageView& image, const StripmapGeometry& geometry, std::vector<StripPoint> kept,
+                                            const StripSelectOptions& options) {
     if (kept.empty()) return kept;
+    const double aperture = geometry.aperture_samples(geometry.slant_range.size() / 2);
+    const double apart = options.window > 0 ? options.window : detail::narrow_window(geometry);
+    const Sections sections(image.extent(0), aperture);
+    const std::ptrdiff_t wanted = wanted_points(image, aperture, options);
 
     StripExtractOptions extraction;
     extraction.window = options.window;

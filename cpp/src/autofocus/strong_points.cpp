@@ -18,17 +18,6 @@ bool neighbours(const PixelLayout& layout, std::ptrdiff_t a, std::ptrdiff_t b) {
     return std::abs(layout.range_gate(a) - layout.range_gate(b)) == 1;
 }
 
-// Pixels per cell from the correlation at lag one: sinc(1 / s) = correlation.
-double pixels_per_cell(double correlation) {
-    double low = 1.0 / 16.0;
-    double high = 1.0;
-    for (int step = 0; step < 60; ++step) {
-        const double x = 0.5 * (low + high);
-        (std::sin(pi * x) / (pi * x) > correlation ? low : high) = x;
-    }
-    return 2.0 / (low + high);
-}
-
 double sub_pixel(double left, double centre, double right) {
     if (!(left > 0.0 && right > 0.0)) return 0.0;
     const double l = std::log(left);
@@ -48,6 +37,17 @@ Pixel refined(const ImageView& image, const PixelLayout& layout, std::ptrdiff_t 
 }
 
 }  // namespace
+
+double pixels_per_cell(double correlation) {
+    // sinc(1 / s) = correlation
+    double low = 1.0 / 16.0;
+    double high = 1.0;
+    for (int step = 0; step < 60; ++step) {
+        const double x = 0.5 * (low + high);
+        (std::sin(pi * x) / (pi * x) > correlation ? low : high) = x;
+    }
+    return 2.0 / (low + high);
+}
 
 CellSize cell_size(const ImageView& image, const PixelLayout& layout) {
     double power = 0.0;
@@ -83,13 +83,18 @@ std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& l
     options.execution = execution;
     std::vector<detect::Point> maxima = detect::local_maxima(image, options, wanted);
     // Coalescence by range gate, then back to columns.
-    std::vector<std::ptrdiff_t> gates;
-    for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) gates.push_back(layout.range_gate(j));
-    for (detect::Point& p : maxima) p.range = gates[static_cast<std::size_t>(p.range)];
+    for (detect::Point& p : maxima) p.range = layout.range_gate(p.range);
     maxima =
         detect::coalesce(std::move(maxima), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
     if (maxima.size() > static_cast<std::size_t>(count)) maxima.resize(static_cast<std::size_t>(count));
-    for (const detect::Point& p : maxima)
+    return to_pixels(maxima, image, layout);
+}
+
+std::vector<Pixel> to_pixels(const std::vector<detect::Point>& points, const ImageView& image, const PixelLayout& layout) {
+    std::vector<std::ptrdiff_t> gates;
+    for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) gates.push_back(layout.range_gate(j));
+    std::vector<Pixel> out;
+    for (const detect::Point& p : points)
         out.push_back(refined(image, layout, p.azimuth, std::lower_bound(gates.begin(), gates.end(), p.range) - gates.begin()));
     return out;
 }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <sarfocus/core/array_view.hpp>
+#include <sarfocus/detect/point.hpp>
 
 #include "point_source.hpp"
 
@@ -14,11 +15,16 @@ struct CellSize {
     double azimuth = 1.0;
     double range = 1.0;
 };
+/// Pixels per cell from the correlation of neighbours.
+[[nodiscard]] double pixels_per_cell(double correlation);
 [[nodiscard]] CellSize cell_size(const ImageView& image, const PixelLayout& layout);
 
 /// The strongest local maxima, strongest first, no two within `separation` pixels (a box), with sub-pixel positions from a parabola through
 /// the logarithm of the intensity. At most `count`; `wanted` [shape] excludes pixels, an empty view none.
 [[nodiscard]] std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& layout, int count, const CellSize& separation,
                                                   const ArrayView<const bool, 2>& wanted, const Execution& execution);
+
+/// From points by range gate to sub-pixel positions by column.
+[[nodiscard]] std::vector<Pixel> to_pixels(const std::vector<detect::Point>& points, const ImageView& image, const PixelLayout& layout);
 
 }  // namespace sarfocus::autofocus::detail

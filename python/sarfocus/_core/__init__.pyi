@@ -1,3 +1,4 @@
+from . import adaptive as adaptive
 from . import autofocus as autofocus
 from . import detect as detect
 from . import focus as focus

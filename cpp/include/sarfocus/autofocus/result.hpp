@@ -75,11 +75,12 @@ struct StripDetails {
 
 /// One of the cells that decide whether a scene has strong points [Luo2025, section 2.2.1].
 struct GateCell {
-    std::int64_t azimuth = 0;
+    std::int64_t azimuth = 0;  ///< pixel, the middle one
     std::int64_t range = 0;
-    double value = 0.0;      ///< of what was compared: intensity, or amplitude where the paper's mu was given
-    double clutter = 0.0;    ///< mean of the reference cells, the same quantity
-    double threshold = 0.0;  ///< mu times the clutter
+    std::int64_t extent = 1;  ///< azimuth pixels over which intensity was averaged
+    double value = 0.0;       ///< of what was compared: intensity, or amplitude where the paper's mu was given
+    double clutter = 0.0;     ///< mean of the reference cells, the same quantity
+    double threshold = 0.0;   ///< mu times the clutter
     bool detected = false;
 };
 

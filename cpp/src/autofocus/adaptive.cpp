@@ -1,0 +1,212 @@
+#include <sarfocus/autofocus/adaptive.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/error.hpp>
+#include <sarfocus/detect/local_maxima.hpp>
+
+#include "adaptive_choice.hpp"
+#include "adaptive_steps.hpp"
+#include "point_engine.hpp"
+#include "spectrum_source.hpp"
+#include "stopwatch.hpp"
+#include "strip_lines.hpp"
+#include "strip_result.hpp"
+
+namespace sarfocus::autofocus {
+namespace {
+
+using detail::at;
+
+constexpr int spotlight_sub_aperture = 512;  // [Luo2025, section 2.2.4]
+constexpr int adaptive_coarse_points = 100;  // as pga
+
+std::ptrdiff_t sub_aperture_length(const ImageView& image, int asked) {
+    return asked > 0 ? asked : std::min<std::ptrdiff_t>(spotlight_sub_aperture, std::max<std::ptrdiff_t>(image.extent(0) / 2 * 2, 2));
+}
+
+void require_input(const ImageView& image, const MutableImageView& corrected) {
+    require_not_empty(image, "image");
+    require_same_shape(corrected, "out", image, "image");
+    if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
+}
+
+PointOptions engine_options(Estimator estimator, bool do_no_harm, const Execution& execution) {
+    PointOptions out;
+    out.estimator = estimator;
+    out.do_no_harm = do_no_harm;
+    out.execution = execution;
+    return out;
+}
+
+// The strongest sample of every chosen gate of every sub-aperture, in the image as the engine has focused it so far.
+detail::PointChooser chooser_of(const detail::SpectrumSource& source, const std::vector<SubAperture>& parts,
+                                const std::vector<std::vector<std::ptrdiff_t>>& gates, double separation, std::size_t most,
+                                const Execution& execution) {
+    std::vector<std::vector<std::ptrdiff_t>> columns(parts.size());
+    for (std::ptrdiff_t c = 0; c < source.shape()[1]; ++c)
+        for (std::size_t s = 0; s < parts.size(); ++s)
+            if (std::binary_search(gates[s].begin(), gates[s].end(), source.range_gate(c))) columns[s].push_back(c);
+    return [&source, parts, columns, separation, most, &execution](const ImageView& image, const detail::CellSize& cell,
+                                                                   const ArrayView<const bool, 2>& wanted) {
+        return detail::strongest_of_parts(image, source, parts, columns, {separation * cell.azimuth, separation * cell.range}, most, wanted,
+                                          execution);
+    };
+}
+
+// Applies what was estimated, unless the entropy of the whole image says otherwise.
+void apply(const ImageView& image, const MutableImageView& corrected, bool judge, const Execution& execution, Result& result) {
+    result.phase_error.assign(result.estimate.size(), 0.0);
+    if (result.input_returned()) {
+        detail::copy_image(image, corrected, execution);
+        return;
+    }
+    Array<cfloat, 2> kept;  // of an image that is corrected in its own memory
+    if (judge && image.data() == corrected.data()) {
+        require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the input, to hand it back where it gets no better");
+        kept = Array<cfloat, 2>(image.extents());
+        detail::copy_image(image, kept.view(), execution);
+    }
+    quality::EntropySums before;
+    quality::EntropySums after;
+    detail::correct_spectrum(image, result.estimate, corrected, &before, &after, execution);
+    result.score.entropy_before = before.entropy();
+    result.score.entropy_after = after.entropy();
+    if (judge && !(result.score.entropy_after < result.score.entropy_before)) {
+        result.score.improved = false;
+        result.score.reason += "; but the entropy of the whole image does not fall";
+        result.status = Status::not_improved;
+        detail::copy_image(kept.empty() ? image : ImageView(std::as_const(kept).view()), corrected, execution);
+        return;
+    }
+    result.phase_error = result.estimate;
+}
+
+void over_spectrum(const detail::SpectrumSource& source, Result& result) {
+    result.estimate = source.over_spectrum(result.estimate, 0.0);
+    result.phase_std = source.over_spectrum(result.phase_std, std::numeric_limits<double>::quiet_NaN());
+}
+
+Result from_chosen_gates(const ImageView& image, const detail::Scan& scan, const detail::Selection& selection,
+                         const std::vector<SubAperture>& parts, const AdaptiveOptions& options) {
+    detail::SpectrumSource source(image, detail::gates_to_transform(scan, selection), options.execution);
+    const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
+    detail::PointPlan plan;
+    plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, adaptive_coarse_points, options.execution);
+    Result out = detail::estimate_from_points(source, engine, plan);
+    over_spectrum(source, out);
+    return out;
+}
+
+// From the mean-filtered gates about the strongest cell, with the sign of the filter taken out.
+Result from_denoised(const ImageView& image, const GateSpan& span, const std::vector<SubAperture>& parts, const AdaptiveOptions& options) {
+    const ImageView block = image.slice(1, span.first, span.count);
+    std::vector<std::ptrdiff_t> gates(at(span.count));
+    std::iota(gates.begin(), gates.end(), std::ptrdiff_t{0});
+    detail::SpectrumSource source(block, gates, options.execution);
+    Array<cfloat, 2> filtered({block.extent(0), block.extent(1)});
+    mean_filter(block, filtered.view(), options.execution);
+    source.replace(std::as_const(filtered).view(), detail::sign_of_mean_filter(span.count, image.extent(0)), options.execution);
+    const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
+    detail::PointPlan plan;
+    plan.coarse = chooser_of(source, parts, std::vector<std::vector<std::ptrdiff_t>>(parts.size(), gates), engine.coarse_separation,
+                             adaptive_coarse_points, options.execution);
+    Result out = detail::estimate_from_points(source, engine, plan);
+    for (StrongPoint& p : out.points) p.range += static_cast<double>(span.first);
+    over_spectrum(source, out);
+    return out;
+}
+
+void require_common(int k, int sub_aperture, const Execution& execution) {
+    if (k < 1) throw ValueError("k", "at least 1", std::to_string(k));
+    if (sub_aperture < 0 || sub_aperture % 2 != 0)
+        throw ValueError("sub_aperture", "0 (automatic) or an even number of azimuth lines", std::to_string(sub_aperture));
+    (void)resolve_threads(execution.threads);
+}
+
+}  // namespace
+
+void AdaptiveOptions::validate() const {
+    require_common(k, sub_aperture, execution);
+    require_positive(eta, "eta");
+    gate.validate();
+}
+
+void ConventionalOptions::validate() const {
+    require_common(k, sub_aperture, execution);
+    if (iterations < 1) throw ValueError("iterations", "at least 1", std::to_string(iterations));
+    if (!(narrowing > 0.0 && narrowing <= 1.0)) throw ValueError("narrowing", "a factor above 0, at most 1", number_text(narrowing));
+}
+
+Result adaptive_pga(const ImageView& image, MutableImageView corrected, const AdaptiveOptions& options) {
+    options.validate();
+    require_input(image, corrected);
+    std::vector<Timing> timings;
+    detail::Stopwatch clock(timings);
+    const std::ptrdiff_t length = sub_aperture_length(image, options.sub_aperture);
+    const detail::Scan scan =
+        detail::scan_image(image, length / 2, detail::tested_extents(options.gate), options.gate.cells, options.execution);
+    detail::require_not_zero(scan);
+    const CfarGate gate = detail::gate_of(image, scan, detail::azimuth_cell(image), options.gate);
+    const std::vector<SubAperture> parts = sub_apertures(image.extent(0), length);
+    const detail::Selection selection =
+        gate.strong_points ? detail::select_gates(scan, gate, options.k, options.eta) : detail::no_selection(parts.size());
+    clock.lap("scan");
+    Result result;
+    if (gate.strong_points) {
+        result = from_chosen_gates(image, scan, selection, parts, options);
+    } else if (options.weak_scene == WeakScene::denoise) {
+        const GateSpan span = gates_to_denoise(image.extent(1), gate.cells.front().range);
+        result = from_denoised(image, span, parts, options);
+        result.adaptive.first_denoised = span.first;
+        result.adaptive.denoised = span.count;
+    } else {
+        result = detail::nothing_done(image, "no cell stands out of the clutter", options.execution);
+    }
+    result.method = "adaptive_pga";
+    detail::describe(selection, gate, parts, options.eta, result);
+    result.timings.insert(result.timings.begin(), timings.begin(), timings.end());
+    detail::Stopwatch last(result.timings);
+    apply(image, corrected, options.do_no_harm, options.execution, result);
+    last.lap("correct");
+    return result;
+}
+
+Result conventional_pga(const ImageView& image, MutableImageView corrected, const ConventionalOptions& options) {
+    options.validate();
+    require_input(image, corrected);
+    std::vector<Timing> timings;
+    detail::Stopwatch clock(timings);
+    const std::ptrdiff_t length = sub_aperture_length(image, options.sub_aperture);
+    const CfarGateOptions gate;
+    const detail::Scan scan = detail::scan_image(image, length / 2, gate.extents, gate.cells, options.execution);
+    detail::require_not_zero(scan);
+    const std::vector<SubAperture> parts = sub_apertures(image.extent(0), length);
+    const detail::Selection selection = detail::select_fixed(scan, options.k);
+    clock.lap("scan");
+    detail::SpectrumSource source(image, detail::gates_to_transform(scan, selection), options.execution);
+    PointOptions engine = engine_options(Estimator::gradient, options.do_no_harm, options.execution);
+    engine.coarse_windows.clear();
+    for (int i = 0; i < options.iterations; ++i) engine.coarse_windows.push_back(std::max(0.5 * std::pow(options.narrowing, i), 1e-3));
+    detail::PointPlan plan;
+    plan.coarse_only = true;
+    plan.coarse =
+        chooser_of(source, parts, selection.gates, engine.coarse_separation, std::numeric_limits<std::size_t>::max(), options.execution);
+    Result result = detail::estimate_from_points(source, engine, plan);
+    over_spectrum(source, result);
+    result.method = "conventional_pga";
+    detail::describe(selection, {}, parts, 0.0, result);
+    result.timings.insert(result.timings.begin(), timings.begin(), timings.end());
+    detail::Stopwatch last(result.timings);
+    apply(image, corrected, options.do_no_harm, options.execution, result);
+    last.lap("correct");
+    return result;
+}
+
+}  // namespace sarfocus::autofocus
