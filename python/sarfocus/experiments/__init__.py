@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb, gotcha, strip_clutter, xie2023, xie2023_time
+from . import crlb, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
@@ -17,12 +17,18 @@ EXPERIMENTS: dict[str, Experiment] = {
     "xie2023-random": xie2023.run_random,
     "xie2023-time": xie2023_time.run,
     "strip-clutter": strip_clutter.run,
+    "luo2025-table7": luo2025.run,
+    "luo2025-table8": luo2025_time.run,
+    "luo2025-studies": luo2025_studies.run,
 }
-MEASURED = frozenset({"gotcha"})  # take a folder of measured data
+MEASURED = frozenset({"gotcha", "luo2025-table7"})  # take a folder of measured data; the second runs without it, too
 PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {
     "crlb": crlb.draw,
     "xie2023-table3": xie2023.draw,
     "strip-clutter": strip_clutter.draw,
+    "luo2025-table7": luo2025.draw,
+    "luo2025-table8": luo2025_time.draw,
+    "luo2025-studies": luo2025_studies.draw,
 }
 
 
