@@ -186,7 +186,7 @@ def decided(**diagnostics):
 
 
 def cell(value, detected):
-    return {"azimuth": 40, "range": 50, "value": value, "clutter": 1.0, "threshold": 20.0, "detected": detected}
+    return {"azimuth": 40, "range": 50, "extent": 4, "value": value, "clutter": 1.0, "threshold": 20.0, "detected": detected}
 
 
 def part(first, gates, strong):
@@ -199,7 +199,7 @@ def test_decisions_of_adaptive_pga_are_explained():
     sections = decided(adaptive=adaptive)
     gate = sections["Are there strong points?"]
     assert "1 of the 2 strongest cells" in gate.text[0]
-    assert gate.table.rows[0][1:] == ["20.0", "13.0", "strong point"]
+    assert gate.table.rows[0][1:] == ["4", "20.0", "13.0", "strong point"]
     text = sections["Strong range gates of every sub-aperture"].text[0]
     assert "k = 4 to 128" in text and "In 1 of them" in text
 

@@ -12,6 +12,8 @@ from . import decision_figures
 from .figures import data_uri
 from .model import Section, Table
 
+SHOWN_CELLS = 8  # those nearest to detection, or farthest beyond it
+
 
 def decision_sections(image: Image) -> list[Section]:
     """Return the page's parts about the decisions whose diagnostics the result holds."""
@@ -71,13 +73,14 @@ def _gate(adaptive: dict[str, Any]) -> list[Section]:
         first, count = adaptive["first_denoised"], adaptive["denoised"]
         verdict += f" So the phase was estimated from range gates {first} to {first + count - 1}, mean-filtered over 3 x 3 pixels."
     rows = []
-    for cell in cells:
+    for cell in sorted(cells, key=lambda cell: -float(cell["value"]) / max(float(cell["threshold"]), 1e-300))[:SHOWN_CELLS]:
         over = 10.0 * np.log10(cell["value"] / cell["clutter"]) if cell["clutter"] > 0 and cell["value"] > 0 else np.nan
         need = 10.0 * np.log10(cell["threshold"] / cell["clutter"]) if cell["clutter"] > 0 and cell["threshold"] > 0 else np.nan
         place = f"{cell['azimuth']}, {cell['range']}"
-        rows.append([place, _decibel(over), _decibel(need), "strong point" if cell["detected"] else "not detected"])
-    caption = "The strongest cells of the scene against the mean of their reference cells in azimuth."
-    table = Table(caption=caption, head=["azimuth, range", "over clutter (dB)", "threshold (dB)", "verdict"], rows=rows)
+        verdict_of = "strong point" if cell["detected"] else "not detected"
+        rows.append([place, str(cell["extent"]), _decibel(over), _decibel(need), verdict_of])
+    caption = "The strongest cells of the scene, of several lengths in azimuth, against the mean of their reference cells."
+    table = Table(caption=caption, head=["azimuth, range", "length", "over clutter (dB)", "threshold (dB)", "verdict"], rows=rows)
     return [Section(title="Are there strong points?", text=[verdict], table=table)]
 
 
