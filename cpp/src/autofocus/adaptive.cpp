@@ -40,6 +40,7 @@ void require_input(const ImageView& image, const MutableImageView& corrected) {
 PointOptions engine_options(Estimator estimator, bool do_no_harm, const Execution& execution) {
     PointOptions out;
     out.estimator = estimator;
+    out.fine_points = 1000;  // of which most are speckle
     out.do_no_harm = do_no_harm;
     out.execution = execution;
     return out;
@@ -58,6 +59,14 @@ detail::PointChooser chooser_of(const detail::SpectrumSource& source, const std:
         return detail::strongest_of_parts(image, source, parts, columns, {separation * cell.azimuth, separation * cell.range}, most, wanted,
                                           execution);
     };
+}
+
+// Coarse rounds are a start, and every fine round goes on where the one before it ended.
+detail::PointPlan quick_plan() {
+    detail::PointPlan out;
+    out.coarse_iterations = 8;
+    out.fine_iterations = 15;
+    return out;
 }
 
 // Applies what was estimated, unless the entropy of the whole image says otherwise.
@@ -97,7 +106,7 @@ Result from_chosen_gates(const ImageView& image, const detail::Scan& scan, const
                          const std::vector<SubAperture>& parts, const AdaptiveOptions& options) {
     detail::SpectrumSource source(image, detail::gates_to_transform(scan, selection), options.execution);
     const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
-    detail::PointPlan plan;
+    detail::PointPlan plan = quick_plan();
     plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, adaptive_coarse_points, options.execution);
     Result out = detail::estimate_from_points(source, engine, plan);
     over_spectrum(source, out);
@@ -114,7 +123,7 @@ Result from_denoised(const ImageView& image, const GateSpan& span, const std::ve
     mean_filter(block, filtered.view(), options.execution);
     source.replace(std::as_const(filtered).view(), detail::sign_of_mean_filter(span.count, image.extent(0)), options.execution);
     const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
-    detail::PointPlan plan;
+    detail::PointPlan plan = quick_plan();
     plan.coarse = chooser_of(source, parts, std::vector<std::vector<std::ptrdiff_t>>(parts.size(), gates), engine.coarse_separation,
                              adaptive_coarse_points, options.execution);
     Result out = detail::estimate_from_points(source, engine, plan);
@@ -196,6 +205,7 @@ Result conventional_pga(const ImageView& image, MutableImageView corrected, cons
     for (int i = 0; i < options.iterations; ++i) engine.coarse_windows.push_back(std::max(0.5 * std::pow(options.narrowing, i), 1e-3));
     detail::PointPlan plan;
     plan.coarse_only = true;
+    plan.coarse_iterations = 3;  // the gradient itself needs none; these say how well it is known
     plan.coarse =
         chooser_of(source, parts, selection.gates, engine.coarse_separation, std::numeric_limits<std::size_t>::max(), options.execution);
     Result result = detail::estimate_from_points(source, engine, plan);

@@ -135,13 +135,16 @@ public:
     }
 
 private:
+    // A pass over fewer samples takes less time than threads need to meet.
+    [[nodiscard]] bool worth_threads() const { return n_line_ * n_pulse_ >= 200000; }
+
     // The peak of every line's periodogram, to half a cell: what the Newton steps start from.
     void find_slopes() {
         const std::ptrdiff_t length = fft::good_size(2 * n_pulse_);
         const fft::Plan<float> plan(length, fft::Direction::forward);
         std::vector<Array<cfloat, 1>> memory;
         for (int t = 0; t < threads_; ++t) memory.emplace_back(std::array<std::ptrdiff_t, 1>{length});
-#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
         for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
             cfloat* line = memory[at(omp_get_thread_num())].data();
             for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) line[k] = d_(n, k) * cfloat(std::conj(rotation_[at(k)]));
@@ -159,7 +162,7 @@ private:
     }
 
     void fit_lines() {
-#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
         for (std::ptrdiff_t n = 0; n < n_line_; ++n)
             if (samples_[at(n)] > 0.0) fit_line(n);
         if (options_.linear_terms) centre_slopes();
@@ -220,7 +223,7 @@ private:
 
     void update_phase() {
         const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
-#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
         for (std::ptrdiff_t task = 0; task < tasks; ++task)
             update_pulses(task * pulses_per_task, std::min(pulses_per_task, n_pulse_ - task * pulses_per_task));
         set_rotation();

@@ -67,11 +67,11 @@ struct SumPower {
     double incoherent = 0.0;
 };
 
-SumPower sum_power(const cfloat* line, const Phase& phase) {
+SumPower sum_power(const cfloat* line, const std::vector<cdouble>& rotation) {
     cdouble sum{};
     SumPower out;
-    for (std::size_t k = 0; k < phase.size(); ++k) {
-        sum += cdouble(line[k]) * std::polar(1.0, -phase[k]);
+    for (std::size_t k = 0; k < rotation.size(); ++k) {
+        sum += cdouble(line[k]) * rotation[k];
         out.incoherent += std::norm(cdouble(line[k]));
     }
     out.coherent = std::norm(sum);
@@ -219,11 +219,10 @@ private:
         low_pass(lines, window, options_.execution);
         PhaseEstimateOptions how;
         how.estimator = options_.estimator;
-        how.max_iterations = 30;  // a start for the fine rounds, not a result
+        how.max_iterations = plan_.coarse_iterations;
         how.tolerance = 1e-3;
         how.noise_floor = options_.coarse_noise_floor;
         how.execution = options_.execution;
-        if (plan_.coarse_only) how.max_iterations = 3;  // the gradient's own need none; these say how well it is known
         PhaseEstimate update = estimate_phase(lines.view(), how);
         note(half, {"coarse", window, static_cast<int>(points.size()), update.iterations, rms(update.phase)});
         if (plan_.coarse_only) {
@@ -253,7 +252,7 @@ private:
         if (so_far.settled) return;
         PhaseEstimateOptions how;
         how.estimator = options_.estimator;
-        how.max_iterations = 50;
+        how.max_iterations = plan_.fine_iterations;
         how.tolerance = 1e-3;
         how.linear_terms = false;  // the points are placed to a fraction of a pixel in every round
         how.noise_floor = options_.fine_noise_floor;
@@ -296,8 +295,11 @@ private:
     // scene that fills only a part of what the pulses resolve gathers its speckle in that part.
     [[nodiscard]] std::vector<double> contrasts(const Array<cfloat, 2>& lines, const Phase& phase) const {
         std::vector<SumPower> powers(static_cast<std::size_t>(lines.extent(0)));
-        parallel_for(options_.execution, "weigh points", lines.extent(0),
-                     [&](std::int64_t n) { powers[static_cast<std::size_t>(n)] = sum_power(lines.data() + n * lines.extent(1), phase); });
+        std::vector<cdouble> rotation;
+        for (const double p : phase) rotation.push_back(std::polar(1.0, -p));
+        parallel_for(options_.execution, "weigh points", lines.extent(0), [&](std::int64_t n) {
+            powers[static_cast<std::size_t>(n)] = sum_power(lines.data() + n * lines.extent(1), rotation);
+        });
         double filling = 1.0;
         if (!source_.is_list()) {
             std::vector<double> weaker;  // points come strongest first
@@ -352,16 +354,21 @@ private:
     void judge_on_halves(const Estimate& all) {
         const auto shape = source_.shape();
         const Halves halves(source_, cell_);
-        for (const int half : {0, 1}) masks_[static_cast<std::size_t>(half)] = halves.mask(half);
         Array<cfloat, 2> before({shape[0], shape[1]});
+        source_.form(Phase(all.phase.size(), 0.0), before.view(), options_.execution);
+        source_.form(all.phase, image_.view(), options_.execution);
+        const Evidence found = evidence(all);
+        const bool decided = judged_without_halves(before.view(), image_.view(), halves, found, options_.execution, result_.score);
+        watch_.lap("judge");
+        if (decided) return;
+        for (const int half : {0, 1}) masks_[static_cast<std::size_t>(half)] = halves.mask(half);
         Array<cfloat, 2> from_first({shape[0], shape[1]});
         Array<cfloat, 2> from_second({shape[0], shape[1]});
         source_.form(estimate(0).phase, from_first.view(), options_.execution);
         source_.form(estimate(1).phase, from_second.view(), options_.execution);
         source_.form(all.phase, image_.view(), options_.execution);
-        source_.form(Phase(all.phase.size(), 0.0), before.view(), options_.execution);
         result_.score =
-            judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, evidence(all), options_.execution);
+            judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, found, options_.execution);
         watch_.lap("judge");
     }
 

@@ -17,7 +17,9 @@ using PointChooser =
 
 /// What a method does its own way.
 struct PointPlan {
-    PointChooser coarse;       ///< empty: the strongest maxima of the image
+    PointChooser coarse;         ///< empty: the strongest maxima of the image
+    int coarse_iterations = 30;  ///< of the alternation, at most: a start for the fine rounds, not a result
+    int fine_iterations = 50;
     bool coarse_only = false;  ///< the windowed lines of the last coarse round are the result: the classic method
 };
 

@@ -1,5 +1,6 @@
 #include <sarfocus/autofocus/result.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -20,6 +21,39 @@ const char* status_text(Status status) {
     }
     return "unknown";
 }
+
+namespace {
+
+// The decisions of adaptive PGA.
+std::string decisions(const AdaptiveDetails& adaptive) {
+    const auto margin = [](const GateCell& c) { return c.threshold > 0.0 ? c.value / c.threshold : 0.0; };
+    const GateCell& best = *std::max_element(adaptive.cells.begin(), adaptive.cells.end(),
+                                             [&](const auto& a, const auto& b) { return margin(a) < margin(b); });
+    char text[320];
+    std::snprintf(text, sizeof text, "\n%s: best cell (%lld, %lld) over %lld pixels, %+.1f dB above its threshold; ",
+                  adaptive.strong_points ? "strong points" : "no strong points", static_cast<long long>(best.azimuth),
+                  static_cast<long long>(best.range), static_cast<long long>(best.extent),
+                  10.0 * std::log10(std::max(margin(best), 1e-12)));
+    std::string out = text;
+    if (!adaptive.strong_points) {
+        std::snprintf(text, sizeof text, "gates %lld to %lld denoised", static_cast<long long>(adaptive.first_denoised),
+                      static_cast<long long>(adaptive.first_denoised + adaptive.denoised - 1));
+        return out + (adaptive.denoised > 0 ? text : "passed through");
+    }
+    int least = 0;
+    int most = 0;
+    int skipped = 0;
+    for (const SubAperture& s : adaptive.sub_apertures) {
+        skipped += s.gates == 0 ? 1 : 0;
+        if (s.gates > 0) least = least == 0 ? s.gates : std::min(least, s.gates);
+        most = std::max(most, s.gates);
+    }
+    std::snprintf(text, sizeof text, "%d to %d gates a sub-aperture, %d of %zu skipped (eta %.2f)", least, most, skipped,
+                  adaptive.sub_apertures.size(), adaptive.eta);
+    return out + text;
+}
+
+}  // namespace
 
 std::string Result::summary() const {
     double square = 0.0;
@@ -43,7 +77,7 @@ std::string Result::summary() const {
                   status_text(status), score.reason.c_str(), std::sqrt(square / pulses),
                   reached > 0.0 ? std::sqrt(variance / reached) : 0.0, 100.0 * reached / pulses, points.size(), rounds.size(),
                   score.entropy_before, score.entropy_after, seconds, threads);
-    return text;
+    return adaptive.cells.empty() ? text : text + decisions(adaptive);
 }
 
 }  // namespace sarfocus::autofocus

@@ -113,25 +113,30 @@ void judge_alone(const Evidence& evidence, Score& score) {
 
 }  // namespace
 
-Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence, const Execution& execution) {
-    Score score;
-    score.entropy_before = quality::entropy(trial.before, execution);
-    score.entropy_after = quality::entropy(trial.after, execution);
-    const double worst = held_out(trial, halves, cell, score);
+bool judged_without_halves(const ImageView& before, const ImageView& after, const Halves& halves, const Evidence& evidence,
+                           const Execution& execution, Score& score) {
+    score.entropy_before = quality::entropy(before, execution);
+    score.entropy_after = quality::entropy(after, execution);
     score.point_gain_db = weighted_mean(evidence.gain_db, evidence.weight);
-
     if (!(score.entropy_after < score.entropy_before))
         score.reason = sentence("entropy did not fall: %.4f before, %.4f nat after", score.entropy_before, score.entropy_after);
     else if (one_sided(halves, evidence))
         judge_alone(evidence, score);
-    else if (!(score.held_out_gain > sigmas * score.held_out_noise))
+    else if (!(score.point_gain_db >= 0.0))
+        score.reason = sentence("the strong points lost %.3f dB on average, though entropy fell by %.4f nat", -score.point_gain_db,
+                                score.entropy_before - score.entropy_after);
+    return !score.reason.empty();
+}
+
+Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence, const Execution& execution) {
+    Score score;
+    if (judged_without_halves(trial.before, trial.after, halves, evidence, execution, score)) return score;
+    const double worst = held_out(trial, halves, cell, score);
+    if (!(score.held_out_gain > sigmas * score.held_out_noise))
         score.reason = sentence("held-out sharpness changed by %+.4f nat, not above three times its noise of %.4f", score.held_out_gain,
                                 score.held_out_noise);
     else if (!(worst > -sigmas * score.held_out_noise))
         score.reason = sentence("one half of the scene lost %.4f nat of sharpness (noise %.4f)", -worst, score.held_out_noise);
-    else if (!(score.point_gain_db >= 0.0))
-        score.reason = sentence("the strong points lost %.3f dB on average, though held-out sharpness rose by %.4f nat",
-                                -score.point_gain_db, score.held_out_gain);
     else {
         score.improved = true;
         score.reason = sentence("held-out sharpness rose by %.4f nat (noise %.4f)", score.held_out_gain, score.held_out_noise);

@@ -60,6 +60,11 @@ struct Evidence {
 /// more than speckle would by chance; the strong points' peaks do not fall on average. Where nearly all information lies in one half, as
 /// with a single strong point, the second is replaced: the histories must be steadier than noise turned to any phase could be, and the
 /// peaks must rise by more than fitting their noise explains.
+/// The part of it that the halves' own estimates have no say in. True where it decides, and the score then tells what; else its entropies
+/// and point_gain_db are set.
+[[nodiscard]] bool judged_without_halves(const ImageView& before, const ImageView& after, const Halves& halves, const Evidence& evidence,
+                                         const Execution& execution, Score& score);
+
 [[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence,
                           const Execution& execution);
 

@@ -115,7 +115,11 @@ void SpectrumSource::histories(const std::vector<Pixel>& points, MutableImageVie
         const Pixel& point = points[at(n)];
         const cfloat* spectrum = spectrum_.data() + std::lround(point.column) * n_azimuth_;
         Ramp ramp(two_pi * point.azimuth / static_cast<double>(n_azimuth_), static_cast<double>(first_));
-        for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) histories(n, p) = spectrum[bin(p)] * cfloat(ramp.next());
+        std::ptrdiff_t k = bin(0);
+        for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) {
+            histories(n, p) = spectrum[k] * cfloat(ramp.next());
+            k = k + 1 < n_azimuth_ ? k + 1 : 0;
+        }
     });
 }
 

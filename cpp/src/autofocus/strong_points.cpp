@@ -36,6 +36,29 @@ Pixel refined(const ImageView& image, const PixelLayout& layout, std::ptrdiff_t 
     return out;
 }
 
+// Coalescence by range gate, then back to columns.
+std::vector<Pixel> coalesced(const ImageView& image, const PixelLayout& layout, int count, const CellSize& separation,
+                             std::vector<detect::Point> maxima) {
+    for (detect::Point& p : maxima) p.range = layout.range_gate(p.range);
+    maxima =
+        detect::coalesce(std::move(maxima), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
+    if (maxima.size() > static_cast<std::size_t>(count)) maxima.resize(static_cast<std::size_t>(count));
+    return to_pixels(maxima, image, layout);
+}
+
+// An intensity that about thirty times as many pixels exceed as points are wanted, from a sample of the image; 0: too few pixels for that.
+double upper_intensity(const ImageView& image, int count) {
+    constexpr std::ptrdiff_t sample = 65536;
+    const std::ptrdiff_t step = std::max<std::ptrdiff_t>(image.size() / sample, 1) | 1;
+    const std::ptrdiff_t above = 30 * static_cast<std::ptrdiff_t>(count) / step;
+    if (above < 16 || 4 * above * step > image.size()) return 0.0;
+    std::vector<double> values;
+    for (std::ptrdiff_t k = 0; k < image.size(); k += step) values.push_back(intensity(image, k / image.extent(1), k % image.extent(1)));
+    const auto place = values.end() - above;
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+}
+
 }  // namespace
 
 double pixels_per_cell(double correlation) {
@@ -81,13 +104,12 @@ std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& l
     detect::LocalMaximaOptions options;
     options.half_width = {1, 0};  // neighbouring columns need not be neighbouring gates; coalescence sees to those that are
     options.execution = execution;
-    std::vector<detect::Point> maxima = detect::local_maxima(image, options, wanted);
-    // Coalescence by range gate, then back to columns.
-    for (detect::Point& p : maxima) p.range = layout.range_gate(p.range);
-    maxima =
-        detect::coalesce(std::move(maxima), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
-    if (maxima.size() > static_cast<std::size_t>(count)) maxima.resize(static_cast<std::size_t>(count));
-    return to_pixels(maxima, image, layout);
+    // The strongest that are wanted stand out of most pixels: the weaker ones are looked for only where these do not suffice.
+    options.minimum = upper_intensity(image, count);
+    std::vector<Pixel> few = coalesced(image, layout, count, separation, detect::local_maxima(image, options, wanted));
+    if (static_cast<int>(few.size()) == count || options.minimum == 0.0) return few;
+    options.minimum = 0.0;
+    return coalesced(image, layout, count, separation, detect::local_maxima(image, options, wanted));
 }
 
 std::vector<Pixel> to_pixels(const std::vector<detect::Point>& points, const ImageView& image, const PixelLayout& layout) {
