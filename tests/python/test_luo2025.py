@@ -92,12 +92,24 @@ def test_error_is_a_distance():
 
 def test_scores_do_not_depend_on_the_gauge():
     draw = luo2025_scenes.draw(luo2025_scenes.MANY, "order 4", SHAPE, amplitude=None, generator=generator())
+    left = 0.5 * np.sin(np.arange(256.0) / 20)
+    image = luo2025.moved_along(draw.truth, -left)
     line = 0.3 + 0.05 * np.arange(256.0)
-    moved = luo2025.moved_along(draw.image, -line)
-    plain = luo2025.scored(draw, draw.image, np.zeros(256), 0).row
-    shifted = luo2025.scored(draw, moved, line, 0).row
+    plain = luo2025.scored(draw, image, draw.phase_error + left, 0).row
+    shifted = luo2025.scored(draw, luo2025.moved_along(image, -line), draw.phase_error + left + line, 0).row
+    assert plain["rmse"] == pytest.approx(0.35, abs=0.03)
     for name in ("entropy", "psnr", "rmse"):
         assert shifted[name] == pytest.approx(plain[name], abs=2e-4), "two transforms in single precision"
+
+
+def test_whole_turns_do_not_count():
+    """A third of the aperture a turn off, all of it displaced: the image is the truth's."""
+    draw = luo2025_scenes.draw(luo2025_scenes.FEW, "order 4", SHAPE, amplitude=None, generator=generator())
+    found = draw.phase_error + 0.2 + 0.7 * np.arange(256.0) + np.where(np.arange(256) < 80, 2 * np.pi, 0.0)
+    shifted = luo2025.moved_along(draw.truth, draw.phase_error - found)
+    scored = luo2025.scored(draw, shifted, found, 0)
+    assert scored.row["rmse"] < 1e-9
+    np.testing.assert_allclose(scored.image, draw.truth, rtol=0, atol=1e-4 * np.abs(draw.truth).max())
 
 
 def test_the_truth_scores_as_the_truth():

@@ -35,7 +35,7 @@ def scenes_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
             shown = axes.imshow(level, cmap="gray", vmin=LEVELS_DB[0], vmax=LEVELS_DB[1], origin="lower", aspect="auto")
             axes.set_xticks([])
             axes.set_yticks([])
-            axes.set_title(title)
+            axes.set_title(title.replace(", ", ",\n"))
             style(axes, grid=False)
     grid[-1][0].set_xlabel("azimuth frequency sample")
     grid[-1][1].set(xlabel="range", ylabel="azimuth")
