@@ -86,6 +86,12 @@ def test_defocused_points_are_found(peak: float) -> None:
         assert adaptive.cfar_gate(turned(scene(3, n, 256, 27.0, seed), error))[0]
 
 
+def test_bright_fields_are_no_strong_points() -> None:
+    bright = np.exp(np.add.outer(np.cos(np.linspace(0, 20, 512)), np.cos(np.linspace(0, 15, 300))))
+    for seed in range(3):
+        assert not adaptive.cfar_gate((bright * speckle(512, 300, seed)).astype(np.complex64))[0]
+
+
 def test_mean_filter_is_the_papers() -> None:
     image = scene(2, 33, 17)
     out = adaptive.mean_filter(image)

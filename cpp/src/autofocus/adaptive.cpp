@@ -24,8 +24,9 @@ namespace {
 
 using detail::at;
 
-constexpr int spotlight_sub_aperture = 512;  // [Luo2025, section 2.2.4]
-constexpr int adaptive_coarse_points = 100;  // as pga
+constexpr int spotlight_sub_aperture = 512;   // [Luo2025, section 2.2.4]
+constexpr int adaptive_coarse_points = 100;   // as pga
+constexpr std::size_t fallback_points = 150;  // of the classic rounds tried last: a fraction of what these cost on a large image
 
 std::ptrdiff_t sub_aperture_length(const ImageView& image, int asked) {
     return asked > 0 ? asked : std::min<std::ptrdiff_t>(spotlight_sub_aperture, std::max<std::ptrdiff_t>(image.extent(0) / 2 * 2, 2));
@@ -65,7 +66,8 @@ detail::PointChooser chooser_of(const detail::SpectrumSource& source, const std:
 detail::PointPlan quick_plan() {
     detail::PointPlan out;
     out.coarse_iterations = 8;
-    out.fine_iterations = 15;
+    out.fine_iterations = 8;
+    out.fine_rounds_of_halves = 2;
     return out;
 }
 
@@ -108,6 +110,23 @@ Result from_chosen_gates(const ImageView& image, const detail::Scan& scan, const
     const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
     detail::PointPlan plan = quick_plan();
     plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, adaptive_coarse_points, options.execution);
+    Result out = detail::estimate_from_points(source, engine, plan);
+    over_spectrum(source, out);
+    return out;
+}
+
+// The classic method: windowed rounds, with the points of fixed numbers of gates.
+Result from_windows(const ImageView& image, const detail::Scan& scan, const std::vector<SubAperture>& parts, std::size_t most,
+                    const ConventionalOptions& options) {
+    const detail::Selection selection = detail::select_fixed(scan, options.k);
+    detail::SpectrumSource source(image, detail::gates_to_transform(scan, selection), options.execution);
+    PointOptions engine = engine_options(Estimator::gradient, options.do_no_harm, options.execution);
+    engine.coarse_windows.clear();
+    for (int i = 0; i < options.iterations; ++i) engine.coarse_windows.push_back(std::max(0.5 * std::pow(options.narrowing, i), 1e-3));
+    detail::PointPlan plan;
+    plan.coarse_only = true;
+    plan.coarse_iterations = 3;  // the gradient itself needs none; these say how well it is known
+    plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, most, options.execution);
     Result out = detail::estimate_from_points(source, engine, plan);
     over_spectrum(source, out);
     return out;
@@ -178,6 +197,16 @@ Result adaptive_pga(const ImageView& image, MutableImageView corrected, const Ad
     } else {
         result = detail::nothing_done(image, "no cell stands out of the clutter", options.execution);
     }
+    if (result.status == Status::not_improved) {
+        ConventionalOptions classic;
+        classic.k = options.k;
+        classic.execution = options.execution;
+        Result windows = from_windows(image, scan, parts, fallback_points, classic);
+        if (!windows.input_returned()) {
+            windows.adaptive = result.adaptive;
+            result = std::move(windows);
+        }
+    }
     result.method = "adaptive_pga";
     detail::describe(selection, gate, parts, options.eta, result);
     result.timings.insert(result.timings.begin(), timings.begin(), timings.end());
@@ -197,21 +226,10 @@ Result conventional_pga(const ImageView& image, MutableImageView corrected, cons
     const detail::Scan scan = detail::scan_image(image, length / 2, gate.extents, gate.cells, options.execution);
     detail::require_not_zero(scan);
     const std::vector<SubAperture> parts = sub_apertures(image.extent(0), length);
-    const detail::Selection selection = detail::select_fixed(scan, options.k);
     clock.lap("scan");
-    detail::SpectrumSource source(image, detail::gates_to_transform(scan, selection), options.execution);
-    PointOptions engine = engine_options(Estimator::gradient, options.do_no_harm, options.execution);
-    engine.coarse_windows.clear();
-    for (int i = 0; i < options.iterations; ++i) engine.coarse_windows.push_back(std::max(0.5 * std::pow(options.narrowing, i), 1e-3));
-    detail::PointPlan plan;
-    plan.coarse_only = true;
-    plan.coarse_iterations = 3;  // the gradient itself needs none; these say how well it is known
-    plan.coarse =
-        chooser_of(source, parts, selection.gates, engine.coarse_separation, std::numeric_limits<std::size_t>::max(), options.execution);
-    Result result = detail::estimate_from_points(source, engine, plan);
-    over_spectrum(source, result);
+    Result result = from_windows(image, scan, parts, std::numeric_limits<std::size_t>::max(), options);
     result.method = "conventional_pga";
-    detail::describe(selection, {}, parts, 0.0, result);
+    detail::describe(detail::select_fixed(scan, options.k), {}, parts, 0.0, result);
     result.timings.insert(result.timings.begin(), timings.begin(), timings.end());
     detail::Stopwatch last(result.timings);
     apply(image, corrected, options.do_no_harm, options.execution, result);

@@ -39,6 +39,20 @@ Reference reference_of(const ImageView& image, std::ptrdiff_t begin, std::ptrdif
     return out;
 }
 
+// The same boxes of other gates: a bright field is as wide in range as in azimuth, a defocused point is not.
+Reference across_gates(const ImageView& image, std::ptrdiff_t begin, std::ptrdiff_t extent, std::ptrdiff_t gate,
+                       const CfarGateOptions& options) {
+    Reference out;
+    for (std::ptrdiff_t c = options.guard + 1; c <= options.guard + options.reference / 2; ++c)
+        for (const std::ptrdiff_t other : {gate - c, gate + c}) {
+            if (other < 0 || other >= image.extent(1)) continue;
+            out.mean += mean_intensity(image, begin, extent, other);
+            ++out.boxes;
+        }
+    if (out.boxes > 0) out.mean /= static_cast<double>(out.boxes);
+    return out;
+}
+
 // Factor for intensities: each box tells as much as extent / cell independent ones, and so do its references.
 double factor_of(std::ptrdiff_t boxes, double extent, double cell, double false_alarm_probability) {
     const double looks = extent / cell;
@@ -52,7 +66,11 @@ GateCell test_box(const ImageView& image, const detect::Point& box, std::ptrdiff
     const bool amplitudes = options.mu > 0.0;
     const std::ptrdiff_t begin = box.azimuth - extent / 2;
     const double intensity = mean_intensity(image, begin, extent, box.range);
-    const Reference reference = reference_of(image, begin, extent, box.range, amplitudes, options);
+    Reference reference = reference_of(image, begin, extent, box.range, amplitudes, options);
+    if (extent > 1) {
+        const Reference beside = across_gates(image, begin, extent, box.range, options);
+        if (beside.boxes > 0 && (reference.boxes == 0 || beside.mean > reference.mean)) reference = beside;
+    }
     GateCell out;
     out.azimuth = box.azimuth;
     out.range = box.range;

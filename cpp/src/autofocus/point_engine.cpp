@@ -173,7 +173,8 @@ private:
         out.phase.assign(static_cast<std::size_t>(source_.n_pulse()), 0.0);
         for (const double window : options_.coarse_windows) coarse_round(out, window, half);
         if (plan_.coarse_only) return out;
-        for (int round = 0; round < options_.fine_rounds && !out.settled; ++round) fine_round(out, half);
+        const int rounds = half == everywhere ? options_.fine_rounds : std::min(options_.fine_rounds, plan_.fine_rounds_of_halves);
+        for (int round = 0; round < rounds && !out.settled; ++round) fine_round(out, half);
         return out;
     }
 

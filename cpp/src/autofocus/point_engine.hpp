@@ -20,7 +20,8 @@ struct PointPlan {
     PointChooser coarse;         ///< empty: the strongest maxima of the image
     int coarse_iterations = 30;  ///< of the alternation, at most: a start for the fine rounds, not a result
     int fine_iterations = 50;
-    bool coarse_only = false;  ///< the windowed lines of the last coarse round are the result: the classic method
+    int fine_rounds_of_halves = 1000;  ///< at most so many where one half of the scene is to judge the other
+    bool coarse_only = false;          ///< the windowed lines of the last coarse round are the result: the classic method
 };
 
 /// Estimates the phase of a source's pulses from its strong points and decides whether it helps. Fills everything of the result but the

@@ -18,7 +18,8 @@ namespace sarfocus::autofocus {
 struct CfarGateOptions {
     /// Azimuth pixels over which intensity is averaged before it is tested: 1 or even. {1} is the paper's test. A defocused point spreads
     /// over its own reference cells, where only its energy stands out: 3 points 25 dB over the clutter with 10 rad of quadratic error are
-    /// missed by {1} and found by the default.
+    /// missed by {1} and found by the default. Longer boxes must stand out of the same boxes in other gates as well, which keeps bright
+    /// fields out.
     std::vector<int> extents = {1, 4, 16, 64};
     /// Above 0: this factor, on amplitudes of single pixels, whatever the extents. The figures that the paper gives for mu = 3 to 5 hold
     /// for amplitudes alone: the brightest of a million intensities of plain speckle is 14 times their mean.
@@ -106,8 +107,9 @@ struct AdaptiveOptions {
 /// No strong point: the phase comes from the mean-filtered part of the scene. Else every sub-aperture gives the strongest sample of each
 /// of its chosen gates for the coarse rounds, those together the gates that the fine rounds look for points in. Where the energy rule
 /// skips every sub-aperture though a cell was detected, the gates of the detected cells are taken, in every sub-aperture. Beyond the
-/// paper, the estimate is one for the whole aperture (a spotlight point's history spans it all), by maximum likelihood, and the input
-/// comes back where the score is not better.
+/// paper, where the input would come back, the conventional windowed rounds with the k strongest gates are tried as well (texture without
+/// points tells them something), the estimate is one for the whole aperture (a spotlight point's history spans it all), by maximum
+/// likelihood, and the input comes back where the score is not better.
 ///
 /// image, corrected, phase_error, errors: as pga. Peak memory beside them: a quarter of the image at most, or 512 gates, four times.
 SARFOCUS_API Result adaptive_pga(const ImageView& image, MutableImageView corrected, const AdaptiveOptions& options = {});
