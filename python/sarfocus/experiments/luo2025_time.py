@@ -89,7 +89,7 @@ def run(
                 progress("luo2025-table8", number * len(scenes.SCENES) + place + 1, len(sizes) * len(scenes.SCENES))
     parameters = {
         "seed": seed, "sizes": "range x azimuth", "round_trip": "azimuth_compress: transform, phase, transform back", "do_no_harm": True,
-        "memory": "peak resident memory over that before the call, the image and the output not counted", "rounds": list(rounds),
+        "memory": "peak resident over that before any call, in sizes of the image; image, output left out", "rounds": list(rounds),
         "rounds_2d": rounds_2d, "budget": list(budget), "error": ERROR, "k": "the default, 128",
     }  # fmt: skip
     return Reproduction(name="luo2025-table8", parameters=parameters, rows=rows, required=required)
@@ -143,22 +143,27 @@ class Clock:
         self.status: dict[str, str | None] = {}
 
     def run(self, rounds: int, rounds_2d: int, budget: float = np.inf) -> None:
-        """Run the rounds; the one before the first measures memory and warms up. None but the first begins after `budget` seconds."""
+        """Run the rounds; none but the first begins after `budget` seconds.
+
+        The round before the first warms up and measures memory, in the order given: the least demanding first, because what a job
+        leaves with the allocator counts for the next.
+        """
         begun = time.perf_counter()
+        base = status_of_process("VmRSS") if resets_peak() else None
         for turn in range(rounds + 1):
             if turn > 1 and time.perf_counter() - begun > budget:
                 break
             quick = [method for method in self.work if method != TWO_DIMENSIONAL]
-            order = [str(method) for method in self.generator.permutation(quick)]
+            order = [str(method) for method in self.generator.permutation(quick)] if turn else quick
             for method in [TWO_DIMENSIONAL] * (0 < turn <= rounds_2d) + order:
                 first = method not in self.memory
-                before = reset_peak() if first else None
+                measures = first and base is not None and resets_peak()
                 started = time.perf_counter()
                 result = self.work[method]()
                 if turn:
                     self.seconds[method].append(time.perf_counter() - started)
                 if first:
-                    self.memory[method] = None if before is None else status_of_process("VmHWM") - before
+                    self.memory[method] = status_of_process("VmHWM") - base if measures and base is not None else None
                     self.status[method] = getattr(getattr(result, "status", None), "name", None)
 
     def ratios(self, method: str, other: str) -> list[float]:
@@ -166,13 +171,13 @@ class Clock:
         return [ours / theirs for ours, theirs in zip(self.seconds[method], self.seconds[other], strict=False)]
 
 
-def reset_peak() -> float | None:
-    """Reset the peak of resident memory to what is resident now and return that, byte; None where the system has no such thing."""
+def resets_peak() -> bool:
+    """Reset the peak of resident memory to what is resident now; False where the system has no such thing."""
     try:
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-        return status_of_process("VmRSS")
     except OSError:
-        return None
+        return False
+    return True
 
 
 def status_of_process(field: str) -> float:
