@@ -26,7 +26,7 @@ using detail::at;
 
 constexpr int spotlight_sub_aperture = 512;   // [Luo2025, section 2.2.4]
 constexpr int adaptive_coarse_points = 100;   // as pga
-constexpr std::size_t fallback_points = 150;  // of the classic rounds tried last: a fraction of what these cost on a large image
+constexpr std::size_t fallback_points = 100;  // of the classic rounds tried last: a fraction of what these cost on a large image
 
 std::ptrdiff_t sub_aperture_length(const ImageView& image, int asked) {
     return asked > 0 ? asked : std::min<std::ptrdiff_t>(spotlight_sub_aperture, std::max<std::ptrdiff_t>(image.extent(0) / 2 * 2, 2));
