@@ -14,6 +14,7 @@ void bind_focus(pybind11::module_ m);
 void bind_compress(pybind11::module_ m);
 void bind_autofocus(pybind11::module_ m);
 void bind_adaptive(pybind11::module_ m);
+void bind_sharpness(pybind11::module_ m);
 void bind_cross_track(pybind11::module_ m);
 void bind_strip(pybind11::module_ m);
 

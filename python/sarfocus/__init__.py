@@ -13,6 +13,8 @@ from ._core.autofocus import (
     estimate_phase,
     estimate_time_offset,
     gpga,
+    maximum_contrast,
+    minimum_entropy,
     pga,
     pga_2d,
 )
@@ -62,6 +64,8 @@ __all__ = [
     "gpga",
     "interpolate_track",
     "io",
+    "maximum_contrast",
+    "minimum_entropy",
     "path_weights",
     "pga",
     "pga_2d",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/fft/plan.hpp>
@@ -83,6 +84,19 @@ Evidence image_evidence(const ImageView& before, const ImageView& after, const P
         out.weight[p] = c / (1.0 - c);
         out.gain_db[p] = earlier > 0.0 ? 10.0 * std::log10(peak / earlier) : 0.0;
     });
+    // What is no brighter than speckle can be says nothing of either half; some are kept all the same, as in PointOptions.
+    constexpr double minimum_contrast = 12.0;
+    constexpr std::size_t minimum_points = 16;
+    const double aperture = static_cast<double>(n) / cell.azimuth;
+    Evidence kept;
+    for (std::size_t p = 0; p < out.points.size(); ++p) {
+        if (p >= minimum_points && out.coherence[p] * aperture < minimum_contrast) continue;
+        kept.points.push_back(out.points[p]);
+        kept.weight.push_back(out.weight[p]);
+        kept.coherence.push_back(out.coherence[p]);
+        kept.gain_db.push_back(out.gain_db[p]);
+    }
+    out = std::move(kept);
     double total = 0.0;
     for (const double w : out.weight) total += w;
     for (double& w : out.weight) w = total > 0.0 ? w / total : 0.0;

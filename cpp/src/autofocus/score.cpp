@@ -82,14 +82,6 @@ double weighted_mean(const std::vector<double>& values, const std::vector<double
     return sum;
 }
 
-bool one_sided(const Halves& halves, const Evidence& evidence) {
-    double share = 0.0;
-    for (std::size_t n = 0; n < evidence.points.size(); ++n)
-        if (halves.of(std::lround(evidence.points[n].azimuth), std::lround(evidence.points[n].column)) == 0) share += evidence.weight[n];
-    constexpr double too_little = 0.1;
-    return std::min(share, 1.0 - share) < too_little;
-}
-
 // Judged by the points themselves, because the other half has none to speak of.
 void judge_alone(const Evidence& evidence, Score& score) {
     const double coherence = weighted_mean(evidence.coherence, evidence.weight);
@@ -112,6 +104,14 @@ void judge_alone(const Evidence& evidence, Score& score) {
 }
 
 }  // namespace
+
+bool one_sided(const Halves& halves, const Evidence& evidence) {
+    double share = 0.0;
+    for (std::size_t n = 0; n < evidence.points.size(); ++n)
+        if (halves.of(std::lround(evidence.points[n].azimuth), std::lround(evidence.points[n].column)) == 0) share += evidence.weight[n];
+    constexpr double too_little = 0.1;
+    return std::min(share, 1.0 - share) < too_little;
+}
 
 bool judged_without_halves(const ImageView& before, const ImageView& after, const Halves& halves, const Evidence& evidence,
                            const Execution& execution, Score& score) {

@@ -56,6 +56,9 @@ struct Evidence {
     double mean_variance = 0.0;     ///< rad^2, of the estimated phase
 };
 
+/// Whether nearly all information lies in one half, so that the other has none to confirm a phase with.
+[[nodiscard]] bool one_sided(const Halves& halves, const Evidence& evidence);
+
 /// Decides by three things, all of which must hold: entropy falls; sharpness rises on pixels whose own points had no say in the phase, by
 /// more than speckle would by chance; the strong points' peaks do not fall on average. Where nearly all information lies in one half, as
 /// with a single strong point, the second is replaced: the histories must be steadier than noise turned to any phase could be, and the

@@ -5,7 +5,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .geometry import ImageGrid
+from .geometry import ImageGrid, StripmapGeometry
 
 class PhaseEstimate:
     @property
@@ -116,6 +116,34 @@ def gpga(
     minimum_contrast: float = 12.0,
     fine_rounds: int = 6,
     tolerance: float = 0.005,
+    do_no_harm: bool = True,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Result: ...
+def minimum_entropy(
+    image: NDArray[np.complex64],
+    geometry: StripmapGeometry | None = None,
+    *,
+    smooth_rounds: int = 12,
+    free_rounds: int = 60,
+    polynomial: int = 6,
+    search: float = 40.0,
+    tolerance: float = 2e-5,
+    do_no_harm: bool = True,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Result: ...
+def maximum_contrast(
+    image: NDArray[np.complex64],
+    geometry: StripmapGeometry | None = None,
+    *,
+    smooth_rounds: int = 12,
+    free_rounds: int = 60,
+    polynomial: int = 6,
+    search: float = 40.0,
+    tolerance: float = 2e-5,
     do_no_harm: bool = True,
     out: NDArray[np.complex64] | None = None,
     threads: int = 0,

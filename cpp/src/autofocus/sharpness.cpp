@@ -1,0 +1,220 @@
+#include <sarfocus/autofocus/sharpness.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <sarfocus/autofocus/pga.hpp>
+#include <sarfocus/autofocus/phase_estimate.hpp>
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/error.hpp>
+#include <sarfocus/focus/azimuth.hpp>
+#include <sarfocus/quality/image_measures.hpp>
+
+#include "gate_layout.hpp"
+#include "image_evidence.hpp"
+#include "pulse_set.hpp"
+#include "score.hpp"
+#include "sharpness_ascent.hpp"
+#include "stopwatch.hpp"
+#include "strip_result.hpp"
+#include "strong_points.hpp"
+
+namespace sarfocus::autofocus {
+namespace {
+
+using detail::Measure;
+using Phase = std::vector<double>;
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+// Half the difference between two independent estimates of half the information each scatters as their joint estimate does.
+Phase deviation(const Phase& first, const Phase& second) {
+    Phase difference(first.size());
+    for (std::size_t k = 0; k < first.size(); ++k) difference[k] = first[k] - second[k];
+    remove_gauge(difference);
+    const auto n = static_cast<std::ptrdiff_t>(first.size());
+    const std::ptrdiff_t reach = std::max<std::ptrdiff_t>(n / 64, 4);
+    Phase out(first.size());
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+        const std::ptrdiff_t begin = std::max<std::ptrdiff_t>(k - reach, 0);
+        const std::ptrdiff_t end = std::min(k + reach + 1, n);
+        double sum = 0.0;
+        for (std::ptrdiff_t i = begin; i < end; ++i)
+            sum += difference[static_cast<std::size_t>(i)] * difference[static_cast<std::size_t>(i)];
+        out[static_cast<std::size_t>(k)] = 0.5 * std::sqrt(sum / static_cast<double>(end - begin));
+    }
+    return out;
+}
+
+class Driver {
+public:
+    Driver(const ImageView& image, const geometry::StripmapGeometry* geometry, Measure measure, const SharpnessOptions& options,
+           Result& result)
+        : image_(image), geometry_(geometry), measure_(measure), options_(options), result_(result), watch_(result.timings) {}
+
+    void run(const MutableImageView& corrected) {
+        const detail::PulseSet pulses =
+            geometry_ != nullptr ? detail::PulseSet(image_, *geometry_, options_.execution) : detail::PulseSet(image_, options_.execution);
+        watch_.lap("pulses");
+        detail::Ascent all = detail::ascend(pulses, measure_, options_);
+        for (Round& round : all.rounds) round.points = static_cast<int>(pulses.n_gate());
+        result_.rounds = all.rounds;
+        result_.estimate = pulses.over_azimuth(all.phase, 0.0);
+        result_.phase_std.assign(result_.estimate.size(), unknown);
+        watch_.lap("estimate");
+        weigh(pulses, all.phase);
+        result_.status = all.settled ? Status::converged : Status::max_iterations;
+        if (!options_.do_no_harm) result_.score.reason = "applied without judging, as asked";
+        result_.score.entropy_before = quality::entropy(image_, options_.execution);
+        if (options_.do_no_harm && !result_.score.improved) {
+            result_.score.entropy_after = result_.score.entropy_before;
+            return hand_back(image_, corrected);
+        }
+        apply(corrected);
+    }
+
+private:
+    // Points for the report; the verdict and the deviation where the halves are asked.
+    void weigh(const detail::PulseSet& pulses, const Phase& phase) {
+        const detail::GateLayout layout(pulses.n_azimuth(), pulses.gates());
+        const Phase none(phase.size(), 0.0);
+        Array<cfloat, 2> before(pulses.lines().extents());
+        Array<cfloat, 2> after(pulses.lines().extents());
+        pulses.form(none, before, options_.execution);
+        pulses.form(phase, after, options_.execution);
+        const ImageView before_view = pulses.as_image(before);
+        const ImageView after_view = pulses.as_image(after);
+        const detail::CellSize cell = detail::cell_size(before_view, layout);
+        detail::EvidenceOptions how;
+        how.first_bin = pulses.first_bin();
+        if (geometry_ != nullptr)
+            how.window = std::max<std::ptrdiff_t>(std::lround(0.5 * geometry_->aperture_samples(geometry_->slant_range.size() / 2)), 1);
+        how.execution = options_.execution;
+        const detail::Evidence evidence = detail::image_evidence(before_view, after_view, layout, cell, how);
+        const double aperture = static_cast<double>(pulses.n_pulse());
+        for (std::size_t n = 0; n < evidence.points.size(); ++n) {
+            const detail::Pixel& p = evidence.points[n];
+            result_.points.push_back({p.azimuth, static_cast<double>(layout.range_gate(std::lround(p.column))), 0.0, evidence.weight[n],
+                                      evidence.coherence[n] * aperture});
+        }
+        watch_.lap("weigh points");
+        if (!options_.do_no_harm) return;
+        const detail::Halves halves(layout, cell);
+        std::array<Phase, 2> own;
+        std::array<Array<cfloat, 2>, 2> from;
+        for (const int half : {0, 1}) {
+            const auto h = static_cast<std::size_t>(half);
+            own[h] = estimate_half(pulses, halves, half);
+            from[h] = Array<cfloat, 2>(pulses.lines().extents());
+            pulses.form(own[h], from[h], options_.execution);
+        }
+        const ImageView first = pulses.as_image(from[0]);
+        const ImageView second = pulses.as_image(from[1]);
+        result_.score = detail::judge({before_view, after_view, first, second}, halves, cell, evidence, options_.execution);
+        if (!detail::one_sided(halves, evidence)) result_.phase_std = pulses.over_azimuth(deviation(own[0], own[1]), unknown);
+        watch_.lap("judge");
+    }
+
+    [[nodiscard]] Phase estimate_half(const detail::PulseSet& pulses, const detail::Halves& halves, int half) const {
+        std::vector<std::ptrdiff_t> columns;
+        for (std::ptrdiff_t c = 0; c < pulses.n_gate(); ++c)
+            if (halves.of(0, c) == half) columns.push_back(c);
+        const auto n = static_cast<std::size_t>(pulses.n_pulse());
+        if (columns.empty()) return Phase(n, 0.0);
+        const detail::PulseSet part = pulses.subset(columns);
+        const bool dark = std::all_of(part.lines().begin(), part.lines().end(), [](const cfloat& x) { return x == cfloat{}; });
+        return dark ? Phase(n, 0.0) : detail::ascend(part, measure_, options_).phase;
+    }
+
+    void apply(const MutableImageView& corrected) {
+        Array<cfloat, 2> kept;  // of an image that is corrected in its own memory
+        if (options_.do_no_harm && image_.data() == corrected.data()) {
+            require_memory(static_cast<std::uint64_t>(image_.size()) * sizeof(cfloat),
+                           "the input, to hand it back where it gets no better");
+            kept = Array<cfloat, 2>(image_.extents());
+            detail::copy_image(image_, kept.view(), options_.execution);
+        }
+        if (geometry_ != nullptr)
+            focus::azimuth_correct(image_, *geometry_, {result_.estimate.data(), {1, image_.extent(0)}}, std::vector<double>{0.0},
+                                   corrected, {{}, {}, options_.execution});
+        else
+            correct_azimuth_spectrum(image_, result_.estimate, corrected, options_.execution);
+        result_.score.entropy_after = quality::entropy(corrected, options_.execution);
+        watch_.lap("correct");
+        if (options_.do_no_harm && !(result_.score.entropy_after < result_.score.entropy_before)) {
+            result_.score.improved = false;
+            result_.score.reason += "; but the entropy of the whole image does not fall";
+            return hand_back(kept.empty() ? image_ : ImageView(kept.view()), corrected);
+        }
+        result_.phase_error = result_.estimate;
+    }
+
+    void hand_back(const ImageView& input, const MutableImageView& corrected) {
+        result_.status = Status::not_improved;
+        result_.phase_error.assign(result_.estimate.size(), 0.0);
+        detail::copy_image(input, corrected, options_.execution);
+    }
+
+    ImageView image_;
+    const geometry::StripmapGeometry* geometry_;
+    Measure measure_;
+    const SharpnessOptions& options_;
+    Result& result_;
+    detail::Stopwatch watch_;
+};
+
+Result focus_by(const ImageView& image, const geometry::StripmapGeometry* geometry, const MutableImageView& corrected, Measure measure,
+                const SharpnessOptions& options) {
+    options.validate();
+    require_not_empty(image, "image");
+    require_same_shape(corrected, "out", image, "image");
+    require_finite(image, "image", options.execution.threads);
+    if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
+    if (geometry != nullptr) {
+        geometry->validate();
+        if (static_cast<std::ptrdiff_t>(geometry->slant_range.size()) != image.extent(1))
+            throw ShapeError("image", "(n_azimuth, " + std::to_string(geometry->slant_range.size()) + "), a column for every slant_range",
+                             shape_text(image.extents()));
+    }
+    (void)quality::entropy(image, options.execution);  // throws for an image of zeros
+    Result result;
+    result.method = measure == Measure::entropy ? "minimum_entropy" : "maximum_contrast";
+    result.threads = resolve_threads(options.execution.threads);
+    Driver(image, geometry, measure, options, result).run(corrected);
+    return result;
+}
+
+}  // namespace
+
+void SharpnessOptions::validate() const {
+    if (smooth_rounds < 0) throw ValueError("smooth_rounds", "at least 0", std::to_string(smooth_rounds));
+    if (free_rounds < 0) throw ValueError("free_rounds", "at least 0", std::to_string(free_rounds));
+    if (polynomial < 1 || polynomial > 12) throw ValueError("polynomial", "an order from 1 (none) to 12", std::to_string(polynomial));
+    require_positive(search, "search");
+    if (search > 1000.0) throw ValueError("search", "at most 1000 rad", number_text(search));
+    require_positive(tolerance, "tolerance");
+    (void)resolve_threads(execution.threads);
+}
+
+Result minimum_entropy(const ImageView& image, MutableImageView corrected, const SharpnessOptions& options) {
+    return focus_by(image, nullptr, corrected, Measure::entropy, options);
+}
+
+Result minimum_entropy(const ImageView& image, const geometry::StripmapGeometry& geometry, MutableImageView corrected,
+                       const SharpnessOptions& options) {
+    return focus_by(image, &geometry, corrected, Measure::entropy, options);
+}
+
+Result maximum_contrast(const ImageView& image, MutableImageView corrected, const SharpnessOptions& options) {
+    return focus_by(image, nullptr, corrected, Measure::contrast, options);
+}
+
+Result maximum_contrast(const ImageView& image, const geometry::StripmapGeometry& geometry, MutableImageView corrected,
+                        const SharpnessOptions& options) {
+    return focus_by(image, &geometry, corrected, Measure::contrast, options);
+}
+
+}  // namespace sarfocus::autofocus
