@@ -13,6 +13,7 @@ void bind_sim(pybind11::module_ m);
 void bind_focus(pybind11::module_ m);
 void bind_compress(pybind11::module_ m);
 void bind_autofocus(pybind11::module_ m);
+void bind_method_choice(pybind11::module_ m);
 void bind_adaptive(pybind11::module_ m);
 void bind_sharpness(pybind11::module_ m);
 void bind_cross_track(pybind11::module_ m);

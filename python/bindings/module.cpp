@@ -17,6 +17,7 @@ PYBIND11_MODULE(_core, m) {
     pybind11::module_ autofocus = m.def_submodule("autofocus", "Phase error estimation and correction.");
     bind_autofocus(autofocus);
     bind_sharpness(autofocus);
+    bind_method_choice(autofocus);
     bind_adaptive(m.def_submodule("adaptive", "Scene-adaptive autofocus, and its steps one by one."));
     pybind11::module_ strip = m.def_submodule("strip", "Stripmap autofocus, and its steps one by one.");
     bind_strip(strip);

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from . import ImageGrid, backproject, gpga, measurement, pga, spga, spga_linear
+from . import ImageGrid, autofocus, backproject, gpga, measurement
 from .grids import check_grid, resolution
 from .io import Image, PhaseHistory
 from .memory import require_image_memory
@@ -51,23 +51,18 @@ def form_image(history: PhaseHistory, grid: ImageGrid, *, threads: int = 0, prog
     return Image(data, grid=grid, metadata=metadata | {"resolution": plain(resolution(history, middle))})
 
 
-def focus_image(image: Image, *, threads: int = 0, progress: Progress = None) -> Focused:
-    """Run phase gradient autofocus on an image."""
+def focus_image(image: Image, method: str = "auto", *, threads: int = 0, progress: Progress = None) -> Focused:
+    """Run a method, or "auto" for the best of them, on an image; as a strip where the image has the geometry of one."""
     started = time.perf_counter()
-    result = pga(image.data, threads=threads, progress=progress)
-    return focused(image, result, "pga", {"autofocus": time.perf_counter() - started}, threads)
-
-
-STRIP_METHODS: dict[str, Callable[..., Any]] = {"spga_linear": spga_linear, "spga": spga}
+    result = autofocus(image.data, image.geometry, method=method, threads=threads, progress=progress)
+    return focused(image, result, str(result.diagnostics["method"]), {"autofocus": time.perf_counter() - started}, threads)
 
 
 def focus_strip(image: Image, method: str = "spga_linear", *, threads: int = 0, progress: Progress = None) -> Focused:
     """Run stripmap autofocus on an image that has the geometry of its collection."""
     if image.geometry is None:
         raise ValueError(f"image: {method} needs the stripmap geometry, and this image has none; use pga")
-    started = time.perf_counter()
-    result = STRIP_METHODS[method](image.data, image.geometry, threads=threads, progress=progress)
-    return focused(image, result, method, {"autofocus": time.perf_counter() - started}, threads)
+    return focus_image(image, method, threads=threads, progress=progress)
 
 
 def focus_history(

@@ -53,6 +53,21 @@ std::string decisions(const AdaptiveDetails& adaptive) {
     return out + text;
 }
 
+// One line for each method that `autofocus` tried.
+std::string trials_table(const std::vector<MethodTrial>& trials) {
+    std::string out;
+    for (const MethodTrial& t : trials) {
+        char line[160];
+        if (std::isfinite(t.held_out_gain_db))
+            std::snprintf(line, sizeof line, "\n%s %-17s %+6.2f dB +- %.2f on %3d held-out points: ", t.chosen ? "*" : " ",
+                          t.method.c_str(), t.held_out_gain_db, t.held_out_std_db, t.held_out_points);
+        else
+            std::snprintf(line, sizeof line, "\n%s %-17s ", t.chosen ? "*" : " ", t.method.c_str());
+        out += line + t.reason;
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string Result::summary() const {
@@ -77,7 +92,9 @@ std::string Result::summary() const {
                   status_text(status), score.reason.c_str(), std::sqrt(square / pulses),
                   reached > 0.0 ? std::sqrt(variance / reached) : 0.0, 100.0 * reached / pulses, points.size(), rounds.size(),
                   score.entropy_before, score.entropy_after, seconds, threads);
-    return adaptive.cells.empty() ? text : text + decisions(adaptive);
+    std::string out = text;
+    if (!adaptive.cells.empty()) out += decisions(adaptive);
+    return out + trials_table(trials);
 }
 
 }  // namespace sarfocus::autofocus

@@ -197,3 +197,14 @@ def estimate_time_offset(
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> TimeOffset: ...
+def autofocus(
+    image: NDArray[np.complex64],
+    geometry: StripmapGeometry | None = None,
+    *,
+    method: str = "auto",
+    methods: Sequence[str] = ...,
+    out: NDArray[np.complex64] | None = None,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Result: ...
+def method_names(*, strip: bool) -> list[str]: ...

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from .. import measurement
-from ..focusing import STRIP_METHODS, focus_history, focus_image, focus_strip
+from .. import measurement, method_names
+from ..focusing import focus_history, focus_image
 from ..grids import default_grid
 from ..io import Image, PhaseHistory, read, write
 from ..io.dispatch import writable
@@ -22,6 +22,11 @@ class Method(str, Enum):
 
     auto = "auto"
     pga = "pga"
+    pga_2d = "pga_2d"
+    adaptive_pga = "adaptive_pga"
+    conventional_pga = "conventional_pga"
+    minimum_entropy = "minimum_entropy"
+    maximum_contrast = "maximum_contrast"
     gpga = "gpga"
     spga_linear = "spga_linear"
     spga = "spga"
@@ -35,7 +40,8 @@ def autofocus(
     *,
     output: Output,
     method: Annotated[
-        Method, typer.Option(help="auto: spga_linear for a strip, pga for another image, gpga for a phase history.")
+        Method,
+        typer.Option(help="auto: for an image, the method that does best on strong points it has not seen; gpga for a phase history."),
     ] = Method.auto,
     centre: Centre = None,
     size: Size = None,
@@ -53,10 +59,8 @@ def autofocus(
     item = read(inputs[0] if len(inputs) == 1 else inputs)
     method = suitable(method, item, inputs[0])
     with progress_bar() as progress:
-        if isinstance(item, Image) and method.value in STRIP_METHODS:
-            focused = focus_strip(item, method.value, threads=threads, progress=progress)
-        elif isinstance(item, Image):
-            focused = focus_image(item, threads=threads, progress=progress)
+        if isinstance(item, Image):
+            focused = focus_image(item, method.value, threads=threads, progress=progress)
         else:
             grid = default_grid(read_history(inputs), centre=centre, size=size, spacing=spacing)
             focused = focus_history(item, grid, time_offset=time_offset, threads=threads, progress=progress)
@@ -74,12 +78,15 @@ def suitable(method: Method, item: PhaseHistory | Image, source: Path) -> Method
         if method not in (Method.auto, Method.gpga):
             raise ValueError(f"{source}: {method.value} works on an image, got a phase history; use --method gpga, or form the image first")
         return Method.gpga
-    if method is Method.auto:
-        return Method.pga if item.geometry is None else Method.spga_linear
     if method is Method.gpga:
         raise ValueError(f"{source}: gpga works on a phase history, got an image; use --method pga")
-    if method.value in STRIP_METHODS and item.geometry is None:
-        raise ValueError(f"{source}: {method.value} needs the stripmap geometry, and this image has none; use --method pga")
+    possible = method_names(strip=item.geometry is not None)
+    if method is not Method.auto and method.value not in possible:
+        if item.geometry is None:
+            raise ValueError(
+                f"{source}: {method.value} needs the stripmap geometry, and this image has none; use --method {' or '.join(possible)}"
+            )
+        raise ValueError(f"{source}: {method.value} is for spotlight images, and this is a strip; use --method {' or '.join(possible)}")
     return method
 
 

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time
+from . import crlb, do_no_harm, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
 EXPERIMENTS: dict[str, Experiment] = {
     "crlb": crlb.run,
+    "do-no-harm": do_no_harm.run,
     "gotcha": gotcha.run,
     "xie2023-table3": xie2023.run,
     "xie2023-random": xie2023.run_random,
