@@ -100,13 +100,15 @@ PythonResult run_on(const py::object& image, const py::object& out, const Run& r
 }
 
 PythonResult adaptive_pga(const py::object& image, const StripmapGeometry* geometry, double eta, int k, int sub_aperture,
-                          const std::string& weak_scene, const std::string& estimator, const std::vector<int>& extents, double mu,
-                          double false_alarm_probability, bool do_no_harm, const py::object& out, int threads, const py::object& progress) {
+                          const std::string& weak_scene, double bandwidth_ratio, const std::string& estimator,
+                          const std::vector<int>& extents, double mu, double false_alarm_probability, bool do_no_harm,
+                          const py::object& out, int threads, const py::object& progress) {
     autofocus::AdaptiveOptions options;
     options.eta = eta;
     options.k = k;
     options.sub_aperture = sub_aperture;
     options.weak_scene = weak_scene_of(weak_scene);
+    options.bandwidth_ratio = bandwidth_ratio;
     options.estimator = estimator_of(estimator);
     options.gate = gate_options(extents, mu, false_alarm_probability);
     options.do_no_harm = do_no_harm;
@@ -284,9 +286,9 @@ void bind_adaptive(py::module_ m) {
 
     m.def("adaptive_pga", &adaptive_pga, py::arg("image"), py::arg("geometry") = py::none(), py::kw_only(), py::arg("eta") = adaptive.eta,
           py::arg("k") = adaptive.k, py::arg("sub_aperture") = adaptive.sub_aperture, py::arg("weak_scene") = "denoise",
-          py::arg("estimator") = "ml", py::arg("extents") = adaptive.gate.extents, py::arg("mu") = adaptive.gate.mu,
-          py::arg("false_alarm_probability") = adaptive.gate.false_alarm_probability, py::arg("do_no_harm") = true,
-          py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+          py::arg("bandwidth_ratio") = adaptive.bandwidth_ratio, py::arg("estimator") = "ml", py::arg("extents") = adaptive.gate.extents,
+          py::arg("mu") = adaptive.gate.mu, py::arg("false_alarm_probability") = adaptive.gate.false_alarm_probability,
+          py::arg("do_no_harm") = true, py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
           R"(Phase gradient autofocus that first looks whether there are strong points, and how many [Luo2025].
 
 Parameters
@@ -302,6 +304,9 @@ sub_aperture : int
     Azimuth lines, even; 0: 512, or the synthetic aperture of a strip.
 weak_scene : {"denoise", "skip"}
     Without strong points: estimate from the mean-filtered sixteenth of the range gates, or hand the input back.
+bandwidth_ratio : float
+    Spotlight: range sampling rate over carrier frequency; the range migration that belongs to the error is taken off with it, as by
+    `pga_2d`. 0: off the azimuth spectrum alone.
 estimator : {"ml", "gradient"}
     Maximum likelihood, or the paper's phase gradient.
 extents, mu, false_alarm_probability

@@ -7,9 +7,12 @@
 #include <string>
 #include <utility>
 
+#include <sarfocus/autofocus/pga_2d.hpp>
+#include <sarfocus/autofocus/sharpness.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/detect/local_maxima.hpp>
+#include <sarfocus/quality/image_measures.hpp>
 
 #include "adaptive_choice.hpp"
 #include "adaptive_steps.hpp"
@@ -24,9 +27,10 @@ namespace {
 
 using detail::at;
 
-constexpr int spotlight_sub_aperture = 512;   // [Luo2025, section 2.2.4]
-constexpr int adaptive_coarse_points = 100;   // as pga
-constexpr std::size_t fallback_points = 100;  // of the classic rounds tried last: a fraction of what these cost on a large image
+constexpr int spotlight_sub_aperture = 512;    // [Luo2025, section 2.2.4]
+constexpr double negligible_migration = 0.01;  // gates: a point loses a thousandth of a decibel
+constexpr int adaptive_coarse_points = 100;    // as pga
+constexpr std::size_t fallback_points = 100;   // of the classic rounds tried last: a fraction of what these cost on a large image
 
 std::ptrdiff_t sub_aperture_length(const ImageView& image, int asked) {
     return asked > 0 ? asked : std::min<std::ptrdiff_t>(spotlight_sub_aperture, std::max<std::ptrdiff_t>(image.extent(0) / 2 * 2, 2));
@@ -71,32 +75,78 @@ detail::PointPlan quick_plan() {
     return out;
 }
 
-// Applies what was estimated, unless the entropy of the whole image says otherwise.
-void apply(const ImageView& image, const MutableImageView& corrected, bool judge, const Execution& execution, Result& result) {
+// The correction, and the entropies before and after.
+void correct(const ImageView& image, const MutableImageView& corrected, double bandwidth_ratio, const Execution& execution,
+             Result& result) {
+    if (bandwidth_ratio != 0.0) {
+        result.migration.model = "range_doppler";
+        result.migration.bandwidth_ratio = bandwidth_ratio;
+        result.migration.gates = range_migration(result.estimate, bandwidth_ratio, MigrationModel::range_doppler);
+    }
+    if (result.migration.gates < negligible_migration) {
+        quality::EntropySums before;
+        quality::EntropySums after;
+        detail::correct_spectrum(image, result.estimate, corrected, &before, &after, execution);
+        result.score.entropy_before = before.entropy();
+        result.score.entropy_after = after.entropy();
+        return;
+    }
+    result.score.entropy_before = quality::entropy(image, execution);
+    correct_two_dimensional(image, result.estimate, bandwidth_ratio, MigrationModel::range_doppler, corrected, execution);
+    result.score.entropy_after = quality::entropy(corrected, execution);
+}
+
+// What comes of an image: the estimate applied, or the image as it is.
+void apply(const ImageView& image, const MutableImageView& corrected, double bandwidth_ratio, const Execution& execution, Result& result) {
     result.phase_error.assign(result.estimate.size(), 0.0);
     if (result.input_returned()) {
         detail::copy_image(image, corrected, execution);
         return;
     }
+    correct(image, corrected, bandwidth_ratio, execution, result);
+    result.phase_error = result.estimate;
+}
+
+// Whether a result leaves less entropy than another.
+bool sharper(const Result& a, const Result& b) {
+    return !a.input_returned() && (b.input_returned() || a.score.entropy_after < b.score.entropy_after);
+}
+
+// Applies the best of several estimates, the first of equals, unless the entropy of the whole image says otherwise.
+Result apply_best(const ImageView& image, const MutableImageView& corrected, bool judge, double bandwidth_ratio, const Execution& execution,
+                  std::vector<Result> results) {
     Array<cfloat, 2> kept;  // of an image that is corrected in its own memory
-    if (judge && image.data() == corrected.data()) {
+    if (image.data() == corrected.data() && (judge || results.size() > 1)) {
         require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the input, to hand it back where it gets no better");
         kept = Array<cfloat, 2>(image.extents());
         detail::copy_image(image, kept.view(), execution);
     }
-    quality::EntropySums before;
-    quality::EntropySums after;
-    detail::correct_spectrum(image, result.estimate, corrected, &before, &after, execution);
-    result.score.entropy_before = before.entropy();
-    result.score.entropy_after = after.entropy();
-    if (judge && !(result.score.entropy_after < result.score.entropy_before)) {
-        result.score.improved = false;
-        result.score.reason += "; but the entropy of the whole image does not fall";
-        result.status = Status::not_improved;
-        detail::copy_image(kept.empty() ? image : ImageView(std::as_const(kept).view()), corrected, execution);
-        return;
+    const ImageView input = kept.empty() ? image : ImageView(std::as_const(kept).view());
+    std::size_t best = 0;
+    for (std::size_t n = 0; n < results.size(); ++n) {
+        apply(input, corrected, bandwidth_ratio, execution, results[n]);
+        if (n > 0 && sharper(results[n], results[best])) best = n;
     }
-    result.phase_error = result.estimate;
+    Result out = std::move(results[best]);
+    if (best + 1 < results.size()) apply(input, corrected, bandwidth_ratio, execution, out);
+    if (judge && !out.input_returned() && !(out.score.entropy_after < out.score.entropy_before)) {
+        out.score.improved = false;
+        out.score.reason += "; but the entropy of the whole image does not fall";
+        out.status = Status::not_improved;
+        apply(input, corrected, bandwidth_ratio, execution, out);
+    }
+    return out;
+}
+
+// Where strong points do not settle the phase: all of the scene has a say.
+Result from_entropy(const ImageView& image, const AdaptiveOptions& options) {
+    SharpnessOptions sharpness;
+    sharpness.do_no_harm = options.do_no_harm;
+    sharpness.execution = options.execution;
+    Array<cfloat, 2> unused(image.extents());
+    Result out = minimum_entropy(image, unused.view(), sharpness);
+    out.score.reason = "by least entropy, since the points left the phase open: " + out.score.reason;
+    return out;
 }
 
 void over_spectrum(const detail::SpectrumSource& source, Result& result) {
@@ -109,6 +159,8 @@ Result from_chosen_gates(const ImageView& image, const detail::Scan& scan, const
     detail::SpectrumSource source(image, detail::gates_to_transform(scan, selection), options.execution);
     const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
     detail::PointPlan plan = quick_plan();
+    plan.compare_starts = true;
+    plan.passes = 3;
     plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, adaptive_coarse_points, options.execution);
     Result out = detail::estimate_from_points(source, engine, plan);
     over_spectrum(source, out);
@@ -163,6 +215,8 @@ void require_common(int k, int sub_aperture, const Execution& execution) {
 void AdaptiveOptions::validate() const {
     require_common(k, sub_aperture, execution);
     require_positive(eta, "eta");
+    constexpr double largest = 0.9;
+    if (!(std::abs(bandwidth_ratio) <= largest)) throw ValueError("bandwidth_ratio", "-0.9 to 0.9", number_text(bandwidth_ratio));
     gate.validate();
 }
 
@@ -207,12 +261,14 @@ Result adaptive_pga(const ImageView& image, MutableImageView corrected, const Ad
             result = std::move(windows);
         }
     }
+    std::vector<Result> results;
+    const bool open = gate.strong_points && result.status != Status::converged;
+    results.push_back(std::move(result));
+    if (open) results.push_back(from_entropy(image, options));
+    result = apply_best(image, corrected, options.do_no_harm, options.bandwidth_ratio, options.execution, std::move(results));
     result.method = "adaptive_pga";
     detail::describe(selection, gate, parts, options.eta, result);
     result.timings.insert(result.timings.begin(), timings.begin(), timings.end());
-    detail::Stopwatch last(result.timings);
-    apply(image, corrected, options.do_no_harm, options.execution, result);
-    last.lap("correct");
     return result;
 }
 
@@ -231,10 +287,9 @@ Result conventional_pga(const ImageView& image, MutableImageView corrected, cons
     result.method = "conventional_pga";
     detail::describe(detail::select_fixed(scan, options.k), {}, parts, 0.0, result);
     result.timings.insert(result.timings.begin(), timings.begin(), timings.end());
-    detail::Stopwatch last(result.timings);
-    apply(image, corrected, options.do_no_harm, options.execution, result);
-    last.lap("correct");
-    return result;
+    std::vector<Result> results;
+    results.push_back(std::move(result));
+    return apply_best(image, corrected, options.do_no_harm, 0.0, options.execution, std::move(results));
 }
 
 }  // namespace sarfocus::autofocus

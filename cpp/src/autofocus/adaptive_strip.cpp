@@ -101,6 +101,7 @@ Result from_denoised(const ImageView& image, const StripmapGeometry& geometry, c
 
 Result adaptive_pga(const ImageView& image, const StripmapGeometry& geometry, MutableImageView corrected, const AdaptiveOptions& options) {
     options.validate();
+    if (options.bandwidth_ratio != 0.0) throw ValueError("bandwidth_ratio", "0 for a strip", number_text(options.bandwidth_ratio));
     detail::require_strip_input(image, geometry, corrected);
     std::vector<Timing> timings;
     detail::Stopwatch clock(timings);

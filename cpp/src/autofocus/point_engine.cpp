@@ -169,13 +169,59 @@ private:
 
     // All rounds, with the points of one half of the scene or of all of it.
     [[nodiscard]] Estimate estimate(int half) {
-        Estimate out;
-        out.phase.assign(static_cast<std::size_t>(source_.n_pulse()), 0.0);
-        for (const double window : options_.coarse_windows) coarse_round(out, window, half);
+        Estimate out = coarse_rounds(no_phase(), plan_.coarse, half);
         if (plan_.coarse_only) return out;
-        const int rounds = half == everywhere ? options_.fine_rounds : std::min(options_.fine_rounds, plan_.fine_rounds_of_halves);
-        for (int round = 0; round < rounds && !out.settled; ++round) fine_round(out, half);
+        if (plan_.compare_starts) {
+            Estimate other = coarse_rounds(no_phase(), {}, half);
+            if (log_sharpness(other.phase, half) > log_sharpness(out.phase, half)) out = std::move(other);
+        }
+        fine_rounds(out, half);
+        const int passes = half == everywhere ? plan_.passes : passes_of_all_;
+        double sharpness = passes > 1 && !out.settled ? log_sharpness(out.phase, half) : 0.0;
+        int pass = 1;
+        for (; pass < passes && !out.settled; ++pass) {
+            Estimate next = coarse_rounds(out.phase, {}, half);
+            fine_rounds(next, half);
+            const double now = log_sharpness(next.phase, half);
+            constexpr double worth_it = 1e-4;  // nat, about what another fine round makes
+            if (!(now > sharpness + worth_it)) break;
+            sharpness = now;
+            out = std::move(next);
+        }
+        if (half == everywhere) passes_of_all_ = pass;
         return out;
+    }
+
+    [[nodiscard]] Phase no_phase() const { return Phase(static_cast<std::size_t>(source_.n_pulse()), 0.0); }
+
+    [[nodiscard]] Estimate coarse_rounds(const Phase& start, const PointChooser& chooser, int half) {
+        Estimate out;
+        out.phase = start;
+        for (const double window : options_.coarse_windows) coarse_round(out, window, chooser, half);
+        return out;
+    }
+
+    void fine_rounds(Estimate& so_far, int half) {
+        const int rounds = half == everywhere ? options_.fine_rounds : std::min(options_.fine_rounds, plan_.fine_rounds_of_halves);
+        so_far.settled = false;
+        for (int round = 0; round < rounds && !so_far.settled; ++round) fine_round(so_far, half);
+    }
+
+    // Of the pixels that the estimate may use.
+    [[nodiscard]] double log_sharpness(const Phase& phase, int half) {
+        source_.form(phase, image_.view(), options_.execution);
+        watch_.lap("form");
+        const ArrayView<const bool, 2> own = wanted(half);
+        HalfSums sums;
+        for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i)
+            for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j) {
+                if (own.data() != nullptr && !own(i, j)) continue;
+                const double intensity = std::norm(cdouble(image_(i, j)));
+                sums.power += intensity;
+                sums.square += intensity * intensity;
+            }
+        watch_.lap("sharpness");
+        return sums.log_sharpness();
     }
 
     [[nodiscard]] ArrayView<const bool, 2> wanted(int half) const {
@@ -187,16 +233,19 @@ private:
                                 wanted(half), options_.execution);
     }
 
-    [[nodiscard]] std::vector<Pixel> choose(const Phase& phase, int half, bool coarse) {
+    [[nodiscard]] std::vector<Pixel> choose_coarse(const Phase& phase, const PointChooser& chooser, int half) {
         source_.form(phase, image_.view(), options_.execution);
         watch_.lap("form");
-        std::vector<Pixel> points;
-        if (!coarse)
-            points = strongest(options_.fine_points, options_.fine_separation, half);
-        else if (plan_.coarse)
-            points = plan_.coarse(std::as_const(image_).view(), cell_, wanted(half));
-        else
-            points = strongest(options_.coarse_points, options_.coarse_separation, half);
+        std::vector<Pixel> points = chooser ? chooser(std::as_const(image_).view(), cell_, wanted(half))
+                                            : strongest(options_.coarse_points, options_.coarse_separation, half);
+        watch_.lap("choose points");
+        return points;
+    }
+
+    [[nodiscard]] std::vector<Pixel> choose_fine(const Phase& phase, int half) {
+        source_.form(phase, image_.view(), options_.execution);
+        watch_.lap("form");
+        std::vector<Pixel> points = strongest(options_.fine_points, options_.fine_separation, half);
         watch_.lap("choose points");
         return points;
     }
@@ -212,8 +261,8 @@ private:
         if (half == everywhere) result_.rounds.push_back(std::move(round));
     }
 
-    void coarse_round(Estimate& so_far, double window, int half) {
-        const std::vector<Pixel> points = choose(so_far.phase, half, true);
+    void coarse_round(Estimate& so_far, double window, const PointChooser& chooser, int half) {
+        const std::vector<Pixel> points = choose_coarse(so_far.phase, chooser, half);
         if (points.empty()) return;
         Array<cfloat, 2> lines = histories(points);
         take_out(so_far.phase, lines);
@@ -270,7 +319,7 @@ private:
     // The histories of the points that stand out, the strongest maxima first asked.
     [[nodiscard]] FineLines fine_lines(const Phase& phase, int half) {
         FineLines out;
-        const std::vector<Pixel> points = choose(phase, half, false);
+        const std::vector<Pixel> points = choose_fine(phase, half);
         if (points.empty()) return out;
         const Array<cfloat, 2> all = histories(points);
         const std::vector<double> contrast = contrasts(all, phase);
@@ -381,6 +430,7 @@ private:
     Array<cfloat, 2> image_;
     CellSize cell_;
     std::array<Array<bool, 2>, 2> masks_;  // of the halves, filled when they are needed
+    int passes_of_all_ = 1;                // that the estimate from everywhere made
 };
 
 }  // namespace

@@ -22,6 +22,9 @@ struct PointPlan {
     int fine_iterations = 50;
     int fine_rounds_of_halves = 1000;  ///< at most so many where one half of the scene is to judge the other
     bool coarse_only = false;          ///< the windowed lines of the last coarse round are the result: the classic method
+    /// Do the coarse rounds with the strongest maxima too, and go on from the phase with which the pixels it came from are sharper.
+    bool compare_starts = false;
+    int passes = 1;  ///< at most: coarse and fine rounds again, as long as the phase does not stand still and the pixels get sharper
 };
 
 /// Estimates the phase of a source's pulses from its strong points and decides whether it helps. Fills everything of the result but the

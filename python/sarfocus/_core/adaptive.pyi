@@ -46,6 +46,7 @@ def adaptive_pga(
     k: int = 128,
     sub_aperture: int = 0,
     weak_scene: Literal["denoise", "skip"] = "denoise",
+    bandwidth_ratio: float = 0.0,
     estimator: Literal["ml", "gradient"] = "ml",
     extents: Sequence[int] = ...,
     mu: float = 0.0,

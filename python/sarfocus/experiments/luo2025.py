@@ -127,7 +127,7 @@ def estimated(method: str, image: ComplexArray, threads: int) -> Result:
     if method == TWO_DIMENSIONAL:
         return pga_2d(image, bandwidth_ratio=scenes.BANDWIDTH_RATIO, threads=threads)
     if method == ADAPTIVE:
-        return adaptive_pga(image, k=K, threads=threads)
+        return adaptive_pga(image, k=K, bandwidth_ratio=scenes.BANDWIDTH_RATIO, threads=threads)
     return conventional_pga(image, k=K, do_no_harm=method == CONVENTIONAL, threads=threads)
 
 

@@ -95,6 +95,9 @@ struct AdaptiveOptions {
     int sub_aperture = 0;
     CfarGateOptions gate;
     WeakScene weak_scene = WeakScene::denoise;
+    /// Spotlight: range sampling rate over carrier frequency, -0.9 to 0.9. The error then comes off with the range migration that belongs
+    /// to it, as pga_2d takes it off (range-Doppler model); 0: off the azimuth spectrum alone, as in the paper.
+    double bandwidth_ratio = 0.0;
     Estimator estimator = Estimator::maximum_likelihood;  ///< the gradient is the paper's
     bool do_no_harm = true;                               ///< hand the input back where the score is not better; false: always apply
     Execution execution;

@@ -145,7 +145,7 @@ struct Result {
     std::string method;               ///< that made this result
     StripDetails strip;               ///< empty for spotlight methods
     AdaptiveDetails adaptive;         ///< empty but for adaptive_pga
-    MigrationDetails migration;       ///< empty but for pga_2d
+    MigrationDetails migration;       ///< empty but for pga_2d, and adaptive_pga with a bandwidth ratio
     std::vector<MethodTrial> trials;  ///< empty but for autofocus
     std::vector<Timing> timings;
     int threads = 0;
