@@ -156,15 +156,11 @@ bool choose(HeldOutScores& scores, Finals& finals) {
     }
     bool found = false;
     for (ScoredMethod* scored : detail::ranked(scores)) {
-        const MethodTrial& trial = scored->trial;
         if (found) {
-            scored->trial.reason =
-                text("held-out points rose by %.2f dB, no better than the method chosen within the noise, or less", trial.held_out_gain_db);
+            scored->trial.reason = "no better than the method chosen, within the noise";
             continue;
         }
-        found = finals.run(*scored, text("held-out points rose by %.2f dB (noise %.2f dB), the best, or as good and first in order; ",
-                                         trial.held_out_gain_db, trial.held_out_std_db) +
-                                        scores.how);
+        found = finals.run(*scored, "the best, or as good within the noise and first in order; " + scores.how);
     }
     return found;
 }

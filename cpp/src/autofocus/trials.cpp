@@ -19,9 +19,9 @@ namespace {
 constexpr double sigmas = 3.0;
 constexpr std::size_t fewest_points = 4;  // of both sets together
 
-std::string text(const char* format, double a, double b, double c = 0.0) {
+std::string text(const char* format, double a, double b = 0.0) {
     char out[240];
-    std::snprintf(out, sizeof out, format, a, b, c);
+    std::snprintf(out, sizeof out, format, a, b);
     return out;
 }
 
@@ -168,10 +168,8 @@ std::vector<ScoredMethod*> ranked(HeldOutScores& scores) {
             left.push_back(&scored);
         else if (trial.held_out_points > 0)
             trial.reason = trial.held_out_gain_db > sigmas * trial.held_out_std_db
-                               ? text("held-out points rose by %.2f dB, but their surroundings spread: entropy %+.3f nat",
-                                      trial.held_out_gain_db, trial.held_out_entropy)
-                               : text("held-out points changed by %+.2f dB, not above three times the noise of %.2f dB",
-                                      trial.held_out_gain_db, trial.held_out_std_db);
+                               ? text("the peaks rose, but their surroundings spread: entropy %+.3f nat", trial.held_out_entropy)
+                               : "the gain is not above three times its noise";
     }
     std::vector<ScoredMethod*> out;
     while (!left.empty()) {

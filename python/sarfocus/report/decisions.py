@@ -46,10 +46,10 @@ def _method(trials: Sequence[dict[str, Any]]) -> list[Section]:
     shown = [trial for trial in trials if trial["held_out_points"] > 0 and _known(trial["held_out_gain_db"])]
     title = "Which method, and why"
     if not shown:
-        return [Section(title=title, text=[text], table=Table(caption=caption, head=head, rows=rows))]
+        return [Section(title=title, text=[text], table=Table(caption=caption, head=head, rows=rows, words=True))]
     picture = data_uri(decision_figures.trials_figure(shown))
     return [
-        Section(title=title, text=[text], table=Table(caption=caption, head=head, rows=rows)),
+        Section(title=title, text=[text], table=Table(caption=caption, head=head, rows=rows, words=True)),
         Section(
             title="Gain of points that were held back",
             picture=picture,
@@ -80,7 +80,9 @@ def _gate(adaptive: dict[str, Any]) -> list[Section]:
         verdict_of = "strong point" if cell["detected"] else "not detected"
         rows.append([place, str(cell["extent"]), _decibel(over), _decibel(need), verdict_of])
     caption = "The strongest cells of the scene, of several lengths in azimuth, against the mean of their reference cells."
-    table = Table(caption=caption, head=["azimuth, range", "length", "over clutter (dB)", "threshold (dB)", "verdict"], rows=rows)
+    table = Table(
+        caption=caption, head=["azimuth, range", "length", "over clutter (dB)", "threshold (dB)", "verdict"], rows=rows, words=True
+    )
     return [Section(title="Are there strong points?", text=[verdict], table=table)]
 
 
@@ -89,7 +91,8 @@ def _sub_apertures(adaptive: dict[str, Any]) -> list[Section]:
     if not parts:
         return []
     used = [part["gates"] for part in parts if part["gates"] > 0]
-    text = f"{len(parts)} azimuth sub-apertures of {parts[0]['count']} lines, overlapping by half. "
+    lines = parts[0]["count"]
+    text = f"{len(parts)} azimuth sub-apertures of {lines} lines, overlapping by half. " if len(parts) > 1 else f"One of {lines} lines. "
     if used:
         text += (
             f"The number of range gates k was halved until their mean energy exceeded {adaptive['eta']:g} times that of the rest: "
@@ -97,9 +100,12 @@ def _sub_apertures(adaptive: dict[str, Any]) -> list[Section]:
         )
     skipped = len(parts) - len(used)
     text += f"In {skipped} of them even the strongest gate does not stand out; they were skipped." if skipped else "None was skipped."
+    title = "Strong range gates of every sub-aperture"
+    if len(parts) == 1:
+        return [Section(title=title, text=[text])]
     return [
         Section(
-            title="Strong range gates of every sub-aperture",
+            title=title,
             text=[text],
             picture=data_uri(decision_figures.sub_apertures_figure(parts, float(adaptive["eta"]))),
             description="Number of range gates and energy ratio of every sub-aperture",

@@ -12,11 +12,12 @@ class Strict(BaseModel):
 
 
 class Table(Strict):
-    """Cells as text; the first column is left-aligned, the others are numbers."""
+    """Cells as text; the first column is left-aligned, the others are numbers, unless `words` says that the last one is text."""
 
     caption: str
     head: list[str]
     rows: list[list[str]]
+    words: bool = False
 
 
 class Section(Strict):
