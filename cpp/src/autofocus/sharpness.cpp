@@ -114,8 +114,29 @@ private:
         const ImageView first = pulses.as_image(from[0]);
         const ImageView second = pulses.as_image(from[1]);
         result_.score = detail::judge({before_view, after_view, first, second}, halves, cell, evidence, options_.execution);
+        if (result_.score.improved)
+            refuse_losses(detail::image_evidence(after_view, before_view, layout, cell, how), aperture / cell.azimuth);
         if (!detail::one_sided(halves, evidence)) result_.phase_std = pulses.over_azimuth(deviation(own[0], own[1]), unknown);
         watch_.lap("judge");
+    }
+
+    // A few very bright points may gain what many others lose: ships of one speed, or whatever contrast likes best. reversed: the strongest
+    // points of the input, and by how much they were stronger before.
+    void refuse_losses(const detail::Evidence& reversed, double cells) {
+        constexpr double loss_db = 3.0;
+        constexpr double most = 0.1;               // as for strips (harm_done)
+        constexpr double minimum_contrast = 12.0;  // PointOptions: speckle is no point
+        int points = 0;
+        int lost = 0;
+        for (std::size_t n = 0; n < reversed.points.size(); ++n) {
+            if (reversed.coherence[n] * cells < minimum_contrast) continue;
+            ++points;
+            if (reversed.gain_db[n] > loss_db) ++lost;
+        }
+        if (lost <= most * points) return;
+        result_.score.improved = false;
+        result_.score.reason =
+            std::to_string(lost) + " of the " + std::to_string(points) + " strongest points of the input would lose more than 3 dB";
     }
 
     [[nodiscard]] Phase estimate_half(const detail::PulseSet& pulses, const detail::Halves& halves, int half) const {

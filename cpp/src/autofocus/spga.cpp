@@ -61,6 +61,13 @@ Pass estimate(const ImageView& image, const StripmapGeometry& geometry, const Sp
     return out;
 }
 
+std::vector<StrongPoint> as_detected(const Apertures& apertures) {
+    std::vector<StrongPoint> out;
+    for (const StripPoint& p : apertures.points)
+        out.push_back({static_cast<double>(p.azimuth), static_cast<double>(p.range), 0.0, 0.0, 0.0});
+    return out;
+}
+
 void add_round(const Pass& pass, Result& result) {
     double square = 0.0;
     for (std::size_t k = 0; k < pass.phase.phase.size(); ++k) {
@@ -113,13 +120,16 @@ Result detail::spga_with(const ImageView& image, const StripmapGeometry& geometr
     clock.lap("copy");
     double share = 1.0;
     Pass pass;
+    detail::PeakWatch peaks({}, geometry, image.extent(0));  // of the points of the first pass
     for (int i = 0; i < options.iterations; ++i) {
         pass = estimate(i == 0 ? input : ImageView(corrected), geometry, options, choose, share, clock);
         if (pass.apertures.size() == 0) break;
         add_round(pass, result);
         const ArrayView<const double, 2> phase(pass.phase.phase.data(), {1, image.extent(0)});
         detail::EntropyWatch watch(image.extent(0), image.extent(1));
-        focus::azimuth_correct(i == 0 ? input : ImageView(corrected), geometry, phase, {0.0}, corrected, watch.options(options.execution));
+        if (i == 0) peaks = detail::PeakWatch(as_detected(pass.apertures), geometry, image.extent(0));
+        focus::azimuth_correct(i == 0 ? input : ImageView(corrected), geometry, phase, {0.0}, corrected,
+                               detail::watched_by(watch, peaks, i == 0, options.execution));
         if (i == 0) result.score.entropy_before = watch.before();
         result.score.entropy_after = watch.after();
         clock.lap("correct");
@@ -138,9 +148,10 @@ Result detail::spga_with(const ImageView& image, const StripmapGeometry& geometr
         detail::append_details(pass.apertures, pass.stitching, pass.phase, shift, none, result);
     }
     if (options.do_no_harm) {
-        result.score.improved = result.score.entropy_after < result.score.entropy_before;
-        result.score.reason =
-            result.score.improved ? "the entropy of the whole image falls" : "the entropy of the whole image does not fall";
+        const std::string harm = detail::harm_done(result.score, peaks);
+        result.score.improved = harm.empty();
+        result.score.point_gain_db = peaks.mean_gain_db();
+        result.score.reason = harm.empty() ? "the entropy of the whole image falls, the points' peaks don't" : harm;
         if (!result.score.improved) {
             result.status = Status::not_improved;
             detail::copy_image(input, corrected, options.execution);

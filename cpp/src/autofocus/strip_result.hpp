@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <sarfocus/autofocus/result.hpp>
@@ -58,9 +59,13 @@ public:
     PeakWatch(const std::vector<StrongPoint>& points, const geometry::StripmapGeometry& geometry, std::ptrdiff_t n_azimuth);
     void before(std::ptrdiff_t gate, const cfloat* samples) { measure(gate, samples, before_); }
     void after(std::ptrdiff_t gate, const cfloat* samples) { measure(gate, samples, after_); }
+    /// Forgets what came after: of several corrections, one after the other, the last counts.
+    void restart() { after_.assign(after_.size(), 0.0); }
     [[nodiscard]] int watched() const { return static_cast<int>(before_.size()); }
     /// Points whose peak falls by more than so many dB.
     [[nodiscard]] int fallen(double db) const;
+    /// dB; 0 where there are none.
+    [[nodiscard]] double mean_gain_db() const;
 
 private:
     struct Place {
@@ -75,8 +80,15 @@ private:
     std::vector<double> after_;
 };
 
-/// Corrects the image; keeps the correction where the entropy of the whole image falls and hardly any of the points the estimate rests on
-/// loses by it (or `judge` is false), hands the input back otherwise. Sets phase_error, status and the entropies of the score.
+/// For focus::azimuth_correct: both watches look on; the peaks before only in the first of several corrections. They must outlive the call.
+[[nodiscard]] focus::AzimuthCorrectOptions watched_by(EntropyWatch& entropy, PeakWatch& peaks, bool first, const Execution& execution);
+
+/// What speaks against a correction: entropy that does not fall, points that lose on average, more than a tenth of them that lose 3 dB.
+/// Empty: nothing.
+[[nodiscard]] std::string harm_done(const Score& score, const PeakWatch& peaks);
+
+/// Corrects the image; keeps the correction where no harm is done (or `judge` is false), hands the input back otherwise. Sets phase_error,
+/// status and the entropies of the score.
 void apply_and_judge(const ImageView& image, const geometry::StripmapGeometry& geometry, const ArrayView<const double, 2>& phase,
                      const std::vector<double>& centres, const MutableImageView& corrected, bool judge, const Execution& execution,
                      Result& result);
