@@ -28,7 +28,9 @@ def scenes_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
         line[0].plot(scene["sample"], scene["truth"], color=IDEAL, linewidth=4.0, label="true")
         for (method, phase), colour in zip(scene["phases"].items(), COLOURS, strict=False):
             line[0].plot(scene["sample"], phase, color=colour, linewidth=1.1, label=method)
-        line[0].set(ylabel=f"scene {name}\nphase error (rad)")
+        low, high = float(np.min(scene["truth"])), float(np.max(scene["truth"]))
+        reach = 0.5 * (high - low)  # what fails runs far away
+        line[0].set(ylabel=f"scene {name}\nphase error (rad)", ylim=(low - reach, high + reach))
         style(line[0])
         for axes, (title, image) in zip(line[1:], scene["images"].items(), strict=True):
             level = 20.0 * np.log10(np.maximum(np.abs(image), 1e-6))
