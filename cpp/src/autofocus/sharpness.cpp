@@ -123,20 +123,20 @@ private:
     // A few very bright points may gain what many others lose: ships of one speed, or whatever contrast likes best. reversed: the strongest
     // points of the input, and by how much they were stronger before.
     void refuse_losses(const detail::Evidence& reversed, double cells) {
-        constexpr double loss_db = 3.0;
-        constexpr double most = 0.1;               // as for strips (harm_done)
         constexpr double minimum_contrast = 12.0;  // PointOptions: speckle is no point
         int points = 0;
-        int lost = 0;
+        int much = 0;    // lose 3 dB: a tenth at most, as for strips (harm_done)
+        int little = 0;  // lose 1 dB: less than half
         for (std::size_t n = 0; n < reversed.points.size(); ++n) {
             if (reversed.coherence[n] * cells < minimum_contrast) continue;
             ++points;
-            if (reversed.gain_db[n] > loss_db) ++lost;
+            if (reversed.gain_db[n] > 3.0) ++much;
+            if (reversed.gain_db[n] > 1.0) ++little;
         }
-        if (lost <= most * points) return;
+        if (10 * much <= points && 2 * little < std::max(points, 1)) return;
         result_.score.improved = false;
-        result_.score.reason =
-            std::to_string(lost) + " of the " + std::to_string(points) + " strongest points of the input would lose more than 3 dB";
+        result_.score.reason = "of the " + std::to_string(points) + " strongest points of the input " + std::to_string(much) +
+                               " would lose more than 3 dB, " + std::to_string(little) + " more than 1 dB";
     }
 
     [[nodiscard]] Phase estimate_half(const detail::PulseSet& pulses, const detail::Halves& halves, int half) const {

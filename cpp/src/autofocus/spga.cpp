@@ -148,7 +148,9 @@ Result detail::spga_with(const ImageView& image, const StripmapGeometry& geometr
         detail::append_details(pass.apertures, pass.stitching, pass.phase, shift, none, result);
     }
     if (options.do_no_harm) {
-        const std::string harm = detail::harm_done(result.score, peaks);
+        std::string harm = detail::harm_done(result.score, peaks);
+        // No phase from other points judges these; a strong one that falls among weak ones that rise is harm.
+        if (harm.empty() && peaks.total_gain_db() < 0.0) harm = "the strongest points that the phase rests on fall";
         result.score.improved = harm.empty();
         result.score.point_gain_db = peaks.mean_gain_db();
         result.score.reason = harm.empty() ? "the entropy of the whole image falls, the points' peaks don't" : harm;

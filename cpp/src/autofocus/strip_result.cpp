@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include <sarfocus/core/checks.hpp>
@@ -212,6 +213,12 @@ double PeakWatch::mean_gain_db() const {
     for (std::size_t n = 0; n < before_.size(); ++n)
         if (before_[n] > 0.0 && after_[n] > 0.0) sum += 10.0 * std::log10(after_[n] / before_[n]);
     return before_.empty() ? 0.0 : sum / static_cast<double>(before_.size());
+}
+
+double PeakWatch::total_gain_db() const {
+    const double before = std::accumulate(before_.begin(), before_.end(), 0.0);
+    const double after = std::accumulate(after_.begin(), after_.end(), 0.0);
+    return before > 0.0 && after > 0.0 ? 10.0 * std::log10(after / before) : 0.0;
 }
 
 focus::AzimuthCorrectOptions watched_by(EntropyWatch& entropy, PeakWatch& peaks, bool first, const Execution& execution) {

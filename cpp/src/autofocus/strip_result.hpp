@@ -66,6 +66,8 @@ public:
     [[nodiscard]] int fallen(double db) const;
     /// dB; 0 where there are none.
     [[nodiscard]] double mean_gain_db() const;
+    /// dB, of the sum of their powers; 0 where there are none.
+    [[nodiscard]] double total_gain_db() const;
 
 private:
     struct Place {
