@@ -90,9 +90,9 @@ public:
         try {
             result = scored.method->run(subject_, corrected_, true, execution_);
             trial.status = result.status;
-            std::string refusal = result.input_returned() ? "handed the input back: " + result.score.reason : objection();
+            const std::string refusal = result.input_returned() ? "handed the input back: " + result.score.reason : objection();
             trial.chosen = refusal.empty();
-            trial.reason = trial.chosen ? why : std::move(refusal);
+            trial.reason = trial.chosen ? why : refusal;
         } catch (const ValueError& error) {
             trial.reason = std::string("refused the image: ") + error.what();
         } catch (const NumericalError& error) {

@@ -38,6 +38,7 @@ double between(const std::vector<double>& phase, double position) {
 double range_migration(const std::vector<double>& phase, double bandwidth_ratio, MigrationModel model) {
     // Derivative of the term by y at 0: phi, less u dphi/du in the polar format.
     const auto n = static_cast<std::ptrdiff_t>(phase.size());
+    const std::ptrdiff_t middle = n / 2;
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
     for (std::ptrdiff_t k = 0; k < n; ++k) {
@@ -45,7 +46,7 @@ double range_migration(const std::vector<double>& phase, double bandwidth_ratio,
         if (model == MigrationModel::polar_format && n > 1) {
             const std::ptrdiff_t before = std::max<std::ptrdiff_t>(k - 1, 0);
             const std::ptrdiff_t behind = std::min(k + 1, n - 1);
-            slope -= static_cast<double>(k - n / 2) * (phase[static_cast<std::size_t>(behind)] - phase[static_cast<std::size_t>(before)]) /
+            slope -= static_cast<double>(k - middle) * (phase[static_cast<std::size_t>(behind)] - phase[static_cast<std::size_t>(before)]) /
                      static_cast<double>(behind - before);
         }
         low = std::min(low, slope);
@@ -73,16 +74,18 @@ void correct_two_dimensional(const ImageView& image, const std::vector<double>& 
     const fft::Plan<float> forward(m, fft::Direction::forward);
     const fft::Plan<float> inverse(m, fft::Direction::inverse);
     const float scale = 1.0f / (static_cast<float>(n) * static_cast<float>(m));
+    const std::ptrdiff_t middle = n / 2;
+    const auto u_middle = static_cast<double>(middle);
     parallel_for(execution, "correct", n, [&](std::int64_t k) {
-        const std::ptrdiff_t shifted = (k + n / 2) % n;
-        const auto u = static_cast<double>(shifted - n / 2);
+        const std::ptrdiff_t shifted = (k + middle) % n;
+        const double u = static_cast<double>(shifted) - u_middle;
         Array<cfloat, 1> line({m});
         std::copy_n(spectrum.data() + k * m, m, line.data());
         forward.execute(line.data());
         for (std::ptrdiff_t f = 0; f < m; ++f) {
             const double y = bandwidth_ratio * static_cast<double>(f < (m + 1) / 2 ? f : f - m) / static_cast<double>(m);
-            const double value = model == MigrationModel::polar_format ? between(phase, u / (1.0 + y) + static_cast<double>(n / 2))
-                                                                       : phase[static_cast<std::size_t>(shifted)];
+            const double value =
+                model == MigrationModel::polar_format ? between(phase, u / (1.0 + y) + u_middle) : phase[static_cast<std::size_t>(shifted)];
             float real = 0.0f;
             float imag = 0.0f;
             signal::unit_phasor(-(1.0 + y) * value / two_pi, real, imag);

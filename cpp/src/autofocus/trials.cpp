@@ -133,8 +133,10 @@ HeldOutScores score_held_out(const Subject& subject, const std::vector<const Met
     }
     const std::array<std::size_t, 2> points = {sets[0].choose(), sets[1].choose()};
     for (std::size_t m = 0; m < out.methods.size(); ++m) {
-        if (!phases[m][0] || !phases[m][1]) continue;
-        for (const std::size_t from : {0U, 1U}) sets[1 - from].score(*phases[m][from], out.methods[m]);
+        const auto& [first, second] = phases[m];
+        if (!first.has_value() || !second.has_value()) continue;
+        sets[1].score(first.value(), out.methods[m]);
+        sets[0].score(second.value(), out.methods[m]);
         finish(out.methods[m]);
     }
     out.decides = points[0] > 0 && points[1] > 0 && points[0] + points[1] >= fewest_points;
