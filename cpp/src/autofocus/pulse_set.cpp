@@ -7,6 +7,8 @@
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/focus/azimuth.hpp>
 
+#include "focus/line_workspace.hpp"
+
 namespace sarfocus::autofocus::detail {
 namespace {
 
@@ -34,24 +36,31 @@ PulseSet::PulseSet(const ImageView& image, const Execution& execution) {
         for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) lines_(g, k) = source.spectrum()(g, k) * scale;
     });
     plan();
+    measure_energy();
 }
 
 PulseSet::PulseSet(const ImageView& image, const geometry::StripmapGeometry& geometry, const Execution& execution) {
-    strip_ = true;
-    geometry_ = geometry;
     n_azimuth_ = image.extent(0);
     n_pulse_ = n_azimuth_;
     const auto n = static_cast<double>(n_azimuth_);
     first_bin_ = std::lround(geometry.doppler_centroid / geometry.prf * n - 0.5 * n) % n_azimuth_;
     if (first_bin_ < 0) first_bin_ += n_azimuth_;
     gates_ = strong_gates(image, execution);
-    geometry_.slant_range.clear();
-    for (const std::ptrdiff_t g : gates_) geometry_.slant_range.push_back(geometry.slant_range[at(g)]);
+    geometry::StripmapGeometry of_gates = geometry;
+    of_gates.slant_range.clear();
+    for (const std::ptrdiff_t g : gates_) of_gates.slant_range.push_back(geometry.slant_range[at(g)]);
+    plan();
+    // The spectrum of azimuth compression is that of a compressed impulse.
+    chirps_ = Array<cfloat, 2>({n_gate(), aligned(n_azimuth_)});
+    for (std::ptrdiff_t c = 0; c < n_gate(); ++c) chirps_(c, 0) = 1.0f / static_cast<float>(n_azimuth_);
+    focus::azimuth_compress(as_image(chirps_), of_gates, as_image(chirps_), {execution});
     lines_ = Array<cfloat, 2>({n_gate(), aligned(n_azimuth_)});
     parallel_for(execution, "copy", n_gate(), [&](std::int64_t c) {
+        forward_->execute(chirps_.data() + c * chirps_.extent(1));
         for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) lines_(c, i) = image(i, gates_[at(c)]);
+        to_pulses(c, lines_.data() + c * lines_.extent(1));
     });
-    to_pulses(lines_, execution);
+    measure_energy();
 }
 
 void PulseSet::plan() {
@@ -59,24 +68,31 @@ void PulseSet::plan() {
     inverse_ = std::make_shared<const fft::Plan<float>>(n_azimuth_, fft::Direction::inverse);
 }
 
+void PulseSet::measure_energy() {
+    energy_ = 0.0;
+    for (std::ptrdiff_t g = 0; g < n_gate(); ++g)
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) energy_ += std::norm(cdouble(lines_(g, k)));
+}
+
 PulseSet PulseSet::subset(const std::vector<std::ptrdiff_t>& columns) const {
     PulseSet out;
-    out.strip_ = strip_;
-    out.geometry_ = geometry_;
     out.n_azimuth_ = n_azimuth_;
     out.n_pulse_ = n_pulse_;
     out.first_ = first_;
     out.first_bin_ = first_bin_;
     out.forward_ = forward_;
     out.inverse_ = inverse_;
-    out.geometry_.slant_range.clear();
-    out.lines_ = Array<cfloat, 2>({static_cast<std::ptrdiff_t>(columns.size()), lines_.extent(1)});
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-        out.gates_.push_back(gates_[at(columns[c])]);
-        if (strip_) out.geometry_.slant_range.push_back(geometry_.slant_range[at(columns[c])]);
-        std::copy_n(lines_.data() + columns[c] * lines_.extent(1), lines_.extent(1),
-                    out.lines_.data() + static_cast<std::ptrdiff_t>(c) * lines_.extent(1));
-    }
+    const auto rows = [&](const Array<cfloat, 2>& from) {
+        Array<cfloat, 2> to({static_cast<std::ptrdiff_t>(columns.size()), from.extent(1)});
+        for (std::size_t c = 0; c < columns.size(); ++c)
+            std::copy_n(from.data() + columns[c] * from.extent(1), from.extent(1),
+                        to.data() + static_cast<std::ptrdiff_t>(c) * to.extent(1));
+        return to;
+    };
+    for (const std::ptrdiff_t c : columns) out.gates_.push_back(gates_[at(c)]);
+    out.lines_ = rows(lines_);
+    if (strip()) out.chirps_ = rows(chirps_);
+    out.measure_energy();
     return out;
 }
 
@@ -98,37 +114,44 @@ PulseSet PulseSet::strongest(std::ptrdiff_t count, const Execution& execution) c
     return subset(columns);
 }
 
-void PulseSet::transform(const fft::Plan<float>& plan, Array<cfloat, 2>& lines, const Execution& execution) const {
-    const float scale = 1.0f / std::sqrt(static_cast<float>(n_azimuth_));
-    parallel_for(execution, "transform", n_gate(), [&](std::int64_t g) {
-        cfloat* line = lines.data() + g * lines.extent(1);
-        plan.execute(line);
+std::vector<cfloat> PulseSet::factors(const std::vector<double>& phase) const {
+    const float scale = strip() ? 1.0f : 1.0f / std::sqrt(static_cast<float>(n_azimuth_));
+    std::vector<cfloat> out(at(n_azimuth_), cfloat(scale, 0.0f));
+    for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) out[at(place(p))] = scale * cfloat(std::polar(1.0, -phase[at(p)]));
+    return out;
+}
+
+void PulseSet::form_line(std::ptrdiff_t gate, const std::vector<cfloat>& factors, cfloat* line) const {
+    const cfloat* pulses = lines_.data() + gate * lines_.extent(1);
+    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = focus::product(pulses[k], factors[at(k)]);
+    if (strip()) {
+        const cfloat* chirp = chirps_.data() + gate * chirps_.extent(1);
+        forward_->execute(line);
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = focus::product(line[k], chirp[k]);
+    }
+    inverse_->execute(line);
+}
+
+void PulseSet::to_pulses(std::ptrdiff_t gate, cfloat* line) const {
+    forward_->execute(line);
+    if (strip()) {
+        const cfloat* chirp = chirps_.data() + gate * chirps_.extent(1);
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = focus::product(line[k], std::conj(chirp[k]));
+        inverse_->execute(line);
+    } else {
+        const float scale = 1.0f / std::sqrt(static_cast<float>(n_azimuth_));
         for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] *= scale;
-    });
+    }
 }
 
 void PulseSet::form(const std::vector<double>& phase, Array<cfloat, 2>& lines, const Execution& execution) const {
-    std::vector<cfloat> factor(at(n_azimuth_), cfloat(1.0f, 0.0f));
-    for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) factor[at(place(p))] = cfloat(std::polar(1.0, -phase[at(p)]));
-    parallel_for(execution, "turn", n_gate(), [&](std::int64_t g) {
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) lines(g, k) = lines_(g, k) * factor[at(k)];
-    });
-    if (strip_)
-        focus::azimuth_compress(as_image(lines), geometry_, as_image(lines), {execution});
-    else
-        transform(*inverse_, lines, execution);
-}
-
-void PulseSet::to_pulses(Array<cfloat, 2>& lines, const Execution& execution) const {
-    if (strip_)
-        focus::azimuth_decompress(as_image(lines), geometry_, as_image(lines), {execution});
-    else
-        transform(*forward_, lines, execution);
+    const std::vector<cfloat> factor = factors(phase);
+    parallel_for(execution, "form", n_gate(), [&](std::int64_t g) { form_line(g, factor, lines.data() + g * lines.extent(1)); });
 }
 
 std::vector<double> PulseSet::over_azimuth(const std::vector<double>& values, double elsewhere) const {
     std::vector<double> out(at(n_azimuth_), elsewhere);
-    const std::ptrdiff_t shift = strip_ ? 0 : n_azimuth_ / 2;
+    const std::ptrdiff_t shift = strip() ? 0 : n_azimuth_ / 2;
     for (std::ptrdiff_t p = 0; p < n_pulse_; ++p) out[at((place(p) + shift) % n_azimuth_)] = values[at(p)];
     return out;
 }

@@ -37,11 +37,17 @@ public:
     /// Transform bin where the azimuth spectrum of the image begins.
     [[nodiscard]] std::ptrdiff_t first_bin() const { return first_bin_; }
     [[nodiscard]] const Array<cfloat, 2>& lines() const { return lines_; }
+    /// Sum of the squared magnitudes of all lines; no phase changes it.
+    [[nodiscard]] double energy() const { return energy_; }
 
     /// lines = exp(-j phase) on the pulses, taken to the image. phase: [n_pulse].
     void form(const std::vector<double>& phase, Array<cfloat, 2>& lines, const Execution& execution) const;
-    /// In place: image to pulses.
-    void to_pulses(Array<cfloat, 2>& lines, const Execution& execution) const;
+    /// What form_line multiplies a line by: [n_azimuth].
+    [[nodiscard]] std::vector<cfloat> factors(const std::vector<double>& phase) const;
+    /// One gate: line [n_azimuth], aligned.
+    void form_line(std::ptrdiff_t gate, const std::vector<cfloat>& factors, cfloat* line) const;
+    /// In place: a line of the image to pulses.
+    void to_pulses(std::ptrdiff_t gate, cfloat* line) const;
     /// [n_azimuth, n_gate] of lines.
     [[nodiscard]] MutableImageView as_image(Array<cfloat, 2>& lines) const {
         return {lines.data(), {n_azimuth_, n_gate()}, {1, lines.extent(1)}};
@@ -52,16 +58,18 @@ public:
 private:
     PulseSet() = default;
     void plan();
-    void transform(const fft::Plan<float>& plan, Array<cfloat, 2>& lines, const Execution& execution) const;
+    void measure_energy();
 
-    bool strip_ = false;
-    geometry::StripmapGeometry geometry_;  // of the gates
+    [[nodiscard]] bool strip() const { return !chirps_.empty(); }
+
     std::ptrdiff_t n_azimuth_ = 0;
     std::ptrdiff_t n_pulse_ = 0;
     std::ptrdiff_t first_ = 0;
     std::ptrdiff_t first_bin_ = 0;
     std::vector<std::ptrdiff_t> gates_;
     Array<cfloat, 2> lines_;
+    Array<cfloat, 2> chirps_;  // strips: spectrum of azimuth compression over n_azimuth, [gate, length]
+    double energy_ = 0.0;
     std::shared_ptr<const fft::Plan<float>> forward_;
     std::shared_ptr<const fft::Plan<float>> inverse_;
 };

@@ -9,14 +9,16 @@
 #include <sarfocus/autofocus/phase_estimate.hpp>
 #include <sarfocus/core/constants.hpp>
 
+#include "sharpness_weights.hpp"
+
 namespace sarfocus::autofocus::detail {
 namespace {
 
 using Phase = std::vector<double>;
 
-struct GateSums {
-    double power = 0.0;
-    double weighted = 0.0;  // sum of F(I)
+struct BlockSums {
+    double weighted = 0.0;      // sum of J w
+    std::vector<cdouble> pull;  // [n_azimuth]
 };
 
 double dot(const Phase& a, const Phase& b) {
@@ -192,50 +194,39 @@ double search_coefficient(const Climb& climb, Phase& phase, const Phase& shape, 
 
 Sharpness sharpness_of(const PulseSet& pulses, const std::vector<double>& phase, Measure measure, bool with_pull,
                        const Execution& execution) {
-    Array<cfloat, 2> lines(pulses.lines().extents());
-    pulses.form(phase, lines, execution);
+    constexpr std::ptrdiff_t block = 8;  // gates: one line each in the cache, sums of a block of its own
     const std::ptrdiff_t n = pulses.n_azimuth();
-    double energy = 0.0;
-    std::vector<GateSums> sums(static_cast<std::size_t>(pulses.n_gate()));
-    parallel_for(execution, "energy", pulses.n_gate(), [&](std::int64_t g) {
-        for (std::ptrdiff_t i = 0; i < n; ++i) sums[static_cast<std::size_t>(g)].power += std::norm(pulses.lines()(g, i));
-    });
-    for (const GateSums& s : sums) energy += s.power;  // of the pulses: the reference stays the same whatever the phase
-    const double mean = energy / (static_cast<double>(n) * static_cast<double>(pulses.n_gate()));
+    const double mean = pulses.energy() / (static_cast<double>(n) * static_cast<double>(pulses.n_gate()));
     const auto scale = static_cast<float>(1.0 / mean);
-    parallel_for(execution, "sharpness", pulses.n_gate(), [&](std::int64_t g) {
-        double weighted = 0.0;
-        cfloat* line = lines.data() + g * lines.extent(1);
-        for (std::ptrdiff_t i = 0; i < n; ++i) {
-            const float intensity = std::norm(line[i]) * scale;
-            const float w = measure == Measure::contrast ? intensity : (intensity > 0.0f ? std::log(intensity) : 0.0f);
-            weighted += static_cast<double>(intensity) * static_cast<double>(w);
-            if (with_pull) line[i] *= w;
+    const auto weigh = measure == Measure::contrast ? weigh_by_intensity : weigh_by_logarithm;
+    const std::vector<cfloat> factors = pulses.factors(phase);
+    std::vector<BlockSums> sums(static_cast<std::size_t>((pulses.n_gate() + block - 1) / block));
+    parallel_for(execution, "sharpness", static_cast<std::int64_t>(sums.size()), [&](std::int64_t b) {
+        BlockSums& own = sums[static_cast<std::size_t>(b)];
+        if (with_pull) own.pull.resize(static_cast<std::size_t>(n));
+        Array<cfloat, 1> line({n});
+        for (std::ptrdiff_t g = b * block; g < std::min((b + 1) * block, pulses.n_gate()); ++g) {
+            pulses.form_line(g, factors, line.data());
+            own.weighted += weigh(line.data(), n, scale, with_pull);
+            if (!with_pull) continue;
+            pulses.to_pulses(g, line.data());
+            add_products(pulses.lines().data() + g * pulses.lines().extent(1), line.data(), n, own.pull.data());
         }
-        sums[static_cast<std::size_t>(g)].weighted = weighted;
     });
     double weighted = 0.0;
-    for (const GateSums& s : sums) weighted += s.weighted;
-    const double samples = energy / mean;
+    for (const BlockSums& s : sums) weighted += s.weighted;
+    const double samples = pulses.energy() / mean;
     Sharpness out;
     // With J = I / mean: the entropy is ln(samples) - sum(J ln J) / samples; the log sharpness ln(sum J^2) - 2 ln(samples).
     out.value = measure == Measure::contrast ? std::log(weighted) - 2.0 * std::log(samples) : weighted / samples - std::log(samples);
     out.slope_scale = (measure == Measure::contrast ? 4.0 / weighted : 2.0 / samples) / mean;
     if (!with_pull) return out;
-    pulses.to_pulses(lines, execution);
-    const std::ptrdiff_t n_pulse = pulses.n_pulse();
-    out.pull.resize(static_cast<std::size_t>(n_pulse));
-    constexpr std::ptrdiff_t block = 64;
-    parallel_for(execution, "pull", (n_pulse + block - 1) / block, [&](std::int64_t b) {
-        const std::ptrdiff_t end = std::min((b + 1) * block, n_pulse);
-        for (std::ptrdiff_t g = 0; g < pulses.n_gate(); ++g)
-            for (std::ptrdiff_t p = b * block; p < end; ++p) {
-                const std::ptrdiff_t k = pulses.place(p);
-                out.pull[static_cast<std::size_t>(p)] += cdouble(pulses.lines()(g, k) * std::conj(lines(g, k)));
-            }
-        for (std::ptrdiff_t p = b * block; p < end; ++p)
-            out.pull[static_cast<std::size_t>(p)] *= std::polar(1.0, -phase[static_cast<std::size_t>(p)]);
-    });
+    out.pull.resize(static_cast<std::size_t>(pulses.n_pulse()));
+    for (std::ptrdiff_t p = 0; p < pulses.n_pulse(); ++p) {
+        cdouble sum;
+        for (const BlockSums& s : sums) sum += s.pull[static_cast<std::size_t>(pulses.place(p))];
+        out.pull[static_cast<std::size_t>(p)] = sum * std::polar(1.0, -phase[static_cast<std::size_t>(p)]);
+    }
     return out;
 }
 

@@ -12,10 +12,13 @@
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
+#include <sarfocus/focus/azimuth.hpp>
+#include <sarfocus/geometry/stripmap_geometry.hpp>
 #include <sarfocus/quality/image_measures.hpp>
 
 #include "pulse_set.hpp"
 #include "sharpness_ascent.hpp"
+#include "sharpness_weights.hpp"
 
 namespace sarfocus::autofocus {
 namespace {
@@ -44,10 +47,19 @@ Image defocused(const Image& image, double peak) {
     return out;
 }
 
+geometry::StripmapGeometry strip_geometry() {
+    geometry::StripmapGeometry out;
+    out.wavelength = 0.03125;
+    out.prf = 240.0;
+    out.velocity = 120.0;
+    out.doppler_bandwidth = 200.0;
+    out.doppler_centroid = 30.0;
+    for (std::ptrdiff_t g = 0; g < n; ++g) out.slant_range.push_back(1000.0 + 2.0 * static_cast<double>(g));
+    return out;
+}
+
 // The slope of the measure along each phase is what the pull says, by differences.
-TEST(Sharpness, PullIsTheGradientOfTheMeasure) {
-    const Image image = defocused(scene(10, 1), 3.0);
-    const detail::PulseSet pulses(image.view(), {});
+void expect_gradient(const detail::PulseSet& pulses) {
     std::vector<double> phase(static_cast<std::size_t>(pulses.n_pulse()), 0.0);
     for (const auto measure : {detail::Measure::entropy, detail::Measure::contrast}) {
         const detail::Sharpness here = detail::sharpness_of(pulses, phase, measure, true, {});
@@ -61,6 +73,77 @@ TEST(Sharpness, PullIsTheGradientOfTheMeasure) {
             const double slope = here.slope_scale * here.pull[k].imag();
             // Single precision leaves 1e-7 nat of the measure, third order a thousandth.
             EXPECT_NEAR((above - below) / (2.0 * step), slope, 1e-5 + 0.01 * std::abs(slope));
+        }
+    }
+}
+
+TEST(Sharpness, PullIsTheGradientOfTheMeasure) {
+    const Image image = defocused(scene(10, 1), 3.0);
+    expect_gradient(detail::PulseSet(image.view(), {}));
+    expect_gradient(detail::PulseSet(image.view(), strip_geometry(), {}));
+}
+
+TEST(Sharpness, PulsesOfAStripAreThoseOfAzimuthDecompression) {
+    const Image image = scene(10, 4);
+    const geometry::StripmapGeometry geometry = strip_geometry();
+    const detail::PulseSet pulses(image.view(), geometry, {});
+    ASSERT_EQ(pulses.n_gate(), n);
+    Image raw({n, n});
+    focus::azimuth_decompress(image.view(), geometry, raw.view());
+    Image back(pulses.lines().extents());
+    pulses.form(std::vector<double>(n, 0.0), back, {});
+    double energy = 0.0;
+    for (std::ptrdiff_t g = 0; g < n; ++g)
+        for (std::ptrdiff_t i = 0; i < n; ++i) {
+            // Points of 50: single precision.
+            EXPECT_LT(std::abs(pulses.lines()(g, i) - raw(i, g)), 1e-4) << g << " " << i;
+            EXPECT_LT(std::abs(back(g, i) - image(i, g)), 1e-4) << g << " " << i;
+            energy += std::norm(cdouble(image(i, g)));
+        }
+    EXPECT_NEAR(pulses.energy(), energy, 1e-5 * energy);
+    const detail::PulseSet part = pulses.subset({5, 60});
+    Image two(part.lines().extents());
+    part.form(std::vector<double>(n, 0.0), two, {});
+    for (std::ptrdiff_t i = 0; i < n; ++i) EXPECT_EQ(two(1, i), back(60, i));
+}
+
+// Against the definitions, in double precision, over lengths about those of a register.
+TEST(Sharpness, WeightsAreThoseOfTheirDefinition) {
+    std::mt19937 bits(8);
+    std::normal_distribution<float> normal;
+    constexpr float scale = 0.37F;
+    for (std::ptrdiff_t length = 0; length < 70; ++length) {
+        std::vector<cfloat> line;
+        for (std::ptrdiff_t i = 0; i < length; ++i) {
+            const float size = std::pow(10.0F, 2.0F * normal(bits));  // 8 decades of intensity within two deviations
+            line.push_back(i % 7 == 3 ? cfloat{} : cfloat{size * normal(bits), size * normal(bits)});
+        }
+        for (const bool logarithm : {true, false}) {
+            const auto weigh = logarithm ? detail::weigh_by_logarithm : detail::weigh_by_intensity;
+            std::vector<cfloat> weighed = line;
+            const double sum = weigh(weighed.data(), length, scale, true);
+            double expected = 0.0;
+            double size = 0.0;
+            for (std::size_t i = 0; i < line.size(); ++i) {
+                const double intensity = std::norm(cdouble(line[i])) * static_cast<double>(scale);
+                const double w = !logarithm ? intensity : intensity > 0.0 ? std::log(intensity) : 0.0;
+                expected += intensity * w;
+                size += intensity * std::max(std::abs(w), 1.0);
+                // The logarithm's own error and a product in single precision.
+                EXPECT_LE(std::abs(cdouble(weighed[i]) - cdouble(line[i]) * w), 1e-6 * std::abs(line[i]) * std::max(std::abs(w), 1.0));
+            }
+            EXPECT_NEAR(sum, expected, 1e-6 * size);
+            std::vector<cfloat> left = line;
+            EXPECT_EQ(weigh(left.data(), length, scale, false), sum);
+            EXPECT_EQ(left, line);
+        }
+        std::vector<cdouble> products(line.size(), cdouble(1.0, -2.0));
+        std::vector<cfloat> turned = line;
+        std::reverse(turned.begin(), turned.end());
+        detail::add_products(line.data(), turned.data(), length, products.data());
+        for (std::size_t i = 0; i < line.size(); ++i) {
+            const cdouble product = cdouble(line[i]) * std::conj(cdouble(turned[i]));
+            EXPECT_LT(std::abs(products[i] - cdouble(1.0, -2.0) - product), 1e-15 + 1e-6 * std::abs(product));
         }
     }
 }
