@@ -53,6 +53,7 @@ py::dict adaptive_details(const autofocus::AdaptiveDetails& adaptive) {
     py::dict out;
     out["cells"] = cells;
     out["strong_points"] = adaptive.strong_points;
+    out["amplitudes"] = adaptive.amplitudes;
     out["first_denoised"] = adaptive.first_denoised;
     out["denoised"] = adaptive.denoised;
     out["eta"] = adaptive.eta;

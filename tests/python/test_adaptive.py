@@ -211,6 +211,7 @@ def test_the_sign_of_the_mean_filter_does_not_reach_the_phase() -> None:
         image[:, gate] += np.fft.ifft(10**1.75 * np.exp(2j * np.pi * (rng.random() - k * rng.uniform(30, 220)))).astype(np.complex64)
     smooth = 6.0 * np.linspace(-1, 1, 256) ** 2
     result = sarfocus.adaptive_pga(turned(image, smooth), mu=1e6, do_no_harm=False)
+    assert result.diagnostics["adaptive"]["amplitudes"]
     told = result.diagnostics["adaptive"]
     assert not told["strong_points"]
     assert told["denoised"] == 10

@@ -202,6 +202,8 @@ def test_decisions_of_adaptive_pga_are_explained():
     assert gate.table.rows[0][1:] == ["4", "20.0", "13.0", "strong point"]
     text = sections["Strong range gates of every sub-aperture"].text[0]
     assert "k = 4 to 128" in text and "In 1 of them" in text
+    gate = decided(adaptive=adaptive | {"amplitudes": True})["Are there strong points?"]
+    assert gate.table.rows[0][1:] == ["4", "40.0", "26.0", "strong point"]
 
 
 def test_a_scene_without_strong_points_says_which_gates_were_denoised():

@@ -156,6 +156,7 @@ Result nothing_done(const ImageView& image, const char* reason, const Execution&
 void describe(const Selection& selection, const CfarGate& gate, std::vector<SubAperture> parts, double eta, Result& result) {
     AdaptiveDetails& details = result.adaptive;
     details.cells = gate.cells;
+    details.amplitudes = gate.amplitudes;
     details.strong_points = gate.strong_points;
     details.eta = eta;
     for (std::size_t s = 0; s < parts.size(); ++s) {

@@ -127,6 +127,7 @@ std::vector<int> tested_extents(const CfarGateOptions& options) {
 
 CfarGate gate_of(const ImageView& image, const Scan& scan, double cell, const CfarGateOptions& options) {
     CfarGate out;
+    out.amplitudes = options.mu > 0.0;
     for (std::size_t e = 0; e < scan.extents.size(); ++e) {
         const std::ptrdiff_t extent = scan.extents[e];
         if (extent > image.extent(0)) continue;

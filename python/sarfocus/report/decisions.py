@@ -72,10 +72,11 @@ def _gate(adaptive: dict[str, Any]) -> list[Section]:
     if adaptive["denoised"] > 0:
         first, count = adaptive["first_denoised"], adaptive["denoised"]
         verdict += f" So the phase was estimated from range gates {first} to {first + count - 1}, mean-filtered over 3 x 3 pixels."
+    unit = 20.0 if adaptive.get("amplitudes") else 10.0
     rows = []
     for cell in sorted(cells, key=lambda cell: -float(cell["value"]) / max(float(cell["threshold"]), 1e-300))[:SHOWN_CELLS]:
-        over = 10.0 * np.log10(cell["value"] / cell["clutter"]) if cell["clutter"] > 0 and cell["value"] > 0 else np.nan
-        need = 10.0 * np.log10(cell["threshold"] / cell["clutter"]) if cell["clutter"] > 0 and cell["threshold"] > 0 else np.nan
+        over = unit * np.log10(cell["value"] / cell["clutter"]) if cell["clutter"] > 0 and cell["value"] > 0 else np.nan
+        need = unit * np.log10(cell["threshold"] / cell["clutter"]) if cell["clutter"] > 0 and cell["threshold"] > 0 else np.nan
         place = f"{cell['azimuth']}, {cell['range']}"
         verdict_of = "strong point" if cell["detected"] else "not detected"
         rows.append([place, str(cell["extent"]), _decibel(over), _decibel(need), verdict_of])

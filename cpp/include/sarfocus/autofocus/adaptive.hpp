@@ -39,6 +39,7 @@ struct CfarGateOptions {
 struct CfarGate {
     std::vector<GateCell> cells;  ///< extent after extent, the strongest first
     bool strong_points = false;   ///< any of them was detected
+    bool amplitudes = false;      ///< amplitudes were compared, with the paper's mu; else intensities
 };
 
 /// The five strongest samples of every range gate, coalesced, the five strongest of those by cell averaging along azimuth [Luo2025,

@@ -98,6 +98,7 @@ struct SubAperture {
 struct AdaptiveDetails {
     std::vector<GateCell> cells;      ///< the strongest of the scene, tested one by one
     bool strong_points = false;       ///< whether any of them was detected
+    bool amplitudes = false;          ///< their values are amplitudes; else intensities
     std::int64_t first_denoised = 0;  ///< range gate
     std::int64_t denoised = 0;        ///< range gates that were mean-filtered; 0: none
     double eta = 0.0;                 ///< m1 must exceed eta m2
