@@ -16,6 +16,8 @@
 
 #include "adaptive_choice.hpp"
 #include "adaptive_steps.hpp"
+#include "gate_layout.hpp"
+#include "held_out.hpp"
 #include "point_engine.hpp"
 #include "spectrum_source.hpp"
 #include "stopwatch.hpp"
@@ -129,9 +131,18 @@ Result apply_best(const ImageView& image, const MutableImageView& corrected, boo
     }
     Result out = std::move(results[best]);
     if (best + 1 < results.size()) apply(input, corrected, bandwidth_ratio, execution, out);
-    if (judge && !out.input_returned() && !(out.score.entropy_after < out.score.entropy_before)) {
+    if (!judge || out.input_returned()) return out;
+    std::string objection;
+    if (!(out.score.entropy_after < out.score.entropy_before)) objection = "the entropy of the whole image does not fall";
+    if (objection.empty() && out.score.held_out_noise == 0.0) {  // no other part of the scene has confirmed the phase
+        const detail::Subject subject{input, nullptr};
+        const detail::CellSize cell = detail::cell_size(input, detail::GateLayout(input.extent(0), input.extent(1)));
+        objection =
+            detail::objection_of_points(subject, corrected, detail::place_rule(subject, cell), detail::band_centre(subject), execution);
+    }
+    if (!objection.empty()) {
         out.score.improved = false;
-        out.score.reason += "; but the entropy of the whole image does not fall";
+        out.score.reason += "; but " + objection;
         out.status = Status::not_improved;
         apply(input, corrected, bandwidth_ratio, execution, out);
     }

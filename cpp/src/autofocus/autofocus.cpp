@@ -7,12 +7,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <numeric>
 
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/quality/image_measures.hpp>
 
+#include "gate_layout.hpp"
 #include "gate_stripes.hpp"
 #include "held_out.hpp"
 #include "method_table.hpp"
@@ -50,19 +50,6 @@ std::vector<const Method*> wanted(Scene scene, const AutofocusOptions& options) 
             out.push_back(&m);
     return out;
 }
-
-// The layout of a whole image, for its resolution cells.
-class WholeImage : public detail::PixelLayout {
-public:
-    explicit WholeImage(const ImageView& image) : shape_(image.extents()) {}
-    [[nodiscard]] std::array<std::ptrdiff_t, 2> shape() const override { return shape_; }
-    [[nodiscard]] std::ptrdiff_t range_gate(std::ptrdiff_t column) const override { return column; }
-    [[nodiscard]] bool fractional_columns() const override { return false; }
-    [[nodiscard]] bool is_list() const override { return false; }
-
-private:
-    std::array<std::ptrdiff_t, 2> shape_;
-};
 
 std::string text(const char* format, double a, double b = 0.0) {
     char out[200];
@@ -112,26 +99,7 @@ private:
         result.score.entropy_after = entropy;
         if (!(entropy < entropy_))
             return text("the entropy of the whole image does not fall: %.4f nat before, %.4f after", entropy_, entropy);
-        detail::Brightest brightest(subject_.image);
-        brightest.add(corrected_, execution_);
-        std::vector<std::ptrdiff_t> gates(at(corrected_.extent(1)));
-        std::iota(gates.begin(), gates.end(), std::ptrdiff_t{0});
-        const auto places = brightest.places(gates, std::vector<bool>(gates.size(), true), rule_, execution_);
-        const auto before = detail::measure(subject_.image, centre_, places, rule_, execution_);
-        const auto after = detail::measure(corrected_, centre_, places, rule_, execution_);
-        double mean = 0.0;
-        double losers = 0.0;
-        constexpr double much = 3.0;  // dB, as spga_linear asks of its points
-        for (std::size_t p = 0; p < places.size(); ++p) {
-            const double gain = after.peak_db[p] - before.peak_db[p];
-            mean += gain / static_cast<double>(places.size());
-            losers += gain < -much ? 1.0 : 0.0;
-        }
-        if (mean < 0.0)
-            return text("the %.0f strong points of the whole image lose %.2f dB on average", static_cast<double>(places.size()), -mean);
-        if (losers > 0.1 * static_cast<double>(places.size()))
-            return text("%.0f of the %.0f strong points of the whole image lose 3 dB or more", losers, static_cast<double>(places.size()));
-        return {};
+        return detail::objection_of_points(subject_, corrected_, rule_, centre_, execution_);
     }
 
     const Subject subject_;
@@ -185,7 +153,7 @@ Result handed_back(const Subject& subject, const HeldOutScores& scores, double e
 Result choose_and_run(const Subject& subject, MutableImageView corrected, const AutofocusOptions& options) {
     std::vector<Timing> timings;
     detail::Stopwatch clock(timings);
-    const WholeImage layout(subject.image);
+    const detail::GateLayout layout(subject.image.extent(0), subject.image.extent(1));
     const detail::CellSize cell = detail::cell_size(subject.image, layout);
     HeldOutScores scores = detail::score_held_out(subject, wanted(subject.scene(), options), cell, options.execution);
     clock.lap("score methods");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <sarfocus/core/constants.hpp>
@@ -160,6 +162,33 @@ PlaceMeasures measure_without(const Subject& subject, const std::vector<double>&
     Array<cfloat, 2> corrected(part.subject().image.extents());
     take_out(part.subject(), phase, corrected.view(), execution);
     return measure(corrected.view(), centre, moved, rule, execution);
+}
+
+std::string objection_of_points(const Subject& subject, const ImageView& corrected, const PlaceRule& rule, double centre,
+                                const Execution& execution) {
+    Brightest brightest(subject.image);
+    brightest.add(corrected, execution);
+    std::vector<std::ptrdiff_t> gates(at(corrected.extent(1)));
+    std::iota(gates.begin(), gates.end(), std::ptrdiff_t{0});
+    const std::vector<Place> places = brightest.places(gates, std::vector<bool>(gates.size(), true), rule, execution);
+    const PlaceMeasures before = measure(subject.image, centre, places, rule, execution);
+    const PlaceMeasures after = measure(corrected, centre, places, rule, execution);
+    double mean = 0.0;
+    int losers = 0;
+    constexpr double much = 3.0;  // dB, as spga_linear asks of its points
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        const double gain = after.peak_db[p] - before.peak_db[p];
+        mean += gain / static_cast<double>(places.size());
+        if (gain < -much) ++losers;
+    }
+    char text[120];
+    if (mean < 0.0)
+        std::snprintf(text, sizeof text, "the %zu strong points of the whole image lose %.2f dB on average", places.size(), -mean);
+    else if (static_cast<double>(losers) > 0.1 * static_cast<double>(places.size()))
+        std::snprintf(text, sizeof text, "%d of the %zu strong points of the whole image lose 3 dB or more", losers, places.size());
+    else
+        return {};
+    return text;
 }
 
 MeanGain mean_gain(const std::vector<double>& gains_db) {

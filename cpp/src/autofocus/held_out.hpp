@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include <sarfocus/core/array.hpp>
@@ -58,6 +59,11 @@ struct PlaceMeasures {
 /// Of the image without a phase error; only the columns that hold places are corrected.
 [[nodiscard]] PlaceMeasures measure_without(const Subject& subject, const std::vector<double>& phase, double centre,
                                             const std::vector<Place>& places, const PlaceRule& rule, const Execution& execution);
+
+/// What the strong points of a whole image and of its correction have against the correction: that their peaks fall on average, or that more
+/// than a tenth of them lose 3 dB. Empty: nothing.
+[[nodiscard]] std::string objection_of_points(const Subject& subject, const ImageView& corrected, const PlaceRule& rule, double centre,
+                                              const Execution& execution);
 
 /// A mean over points and its standard error; of few points no less than if they scattered by half a decibel.
 struct MeanGain {
