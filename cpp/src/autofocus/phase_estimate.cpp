@@ -14,6 +14,8 @@
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/fft/plan.hpp>
 
+#include "line_sums.hpp"
+
 namespace sarfocus::autofocus {
 namespace {
 
@@ -57,7 +59,7 @@ public:
           signal_(at(n_line_), 0.0),
           noise_(at(n_line_), 0.0),
           weight_(at(n_line_), 0.0) {
-        double total = 0.0;
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
         for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
             for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
                 d_(n, k) = lines(n, k);
@@ -65,9 +67,9 @@ public:
                 samples_[at(n)] += lines(n, k) != cfloat{} ? 1.0 : 0.0;
             }
             if (samples_[at(n)] > 0.0) power_[at(n)] /= samples_[at(n)];
-            total += power_[at(n)];
         }
-        if (!(total > 0.0)) throw NumericalError("lines: expected samples other than zero, got all zero");
+        if (std::none_of(power_.begin(), power_.end(), [](double power) { return power > 0.0; }))
+            throw NumericalError("lines: expected samples other than zero, got all zero");
     }
 
     void start_from(const std::vector<double>& phase) {
@@ -81,11 +83,19 @@ public:
             weight_[n] = power_[n] > background ? (1.0 - background / power_[n]) / power_[n] : 0.0;
         std::fill(slope_.begin(), slope_.end(), 0.0);
         std::fill(phase_.begin(), phase_.end(), 0.0);
+        std::vector<cdouble> product(at(n_pulse_));
+        const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
+        for (std::ptrdiff_t task = 0; task < tasks; ++task) {
+            const std::ptrdiff_t begin = std::max<std::ptrdiff_t>(task * pulses_per_task, 1);
+            const std::ptrdiff_t end = std::min((task + 1) * pulses_per_task, n_pulse_);
+            for (std::ptrdiff_t n = 0; n < n_line_; ++n)
+                for (std::ptrdiff_t k = begin; k < end; ++k)
+                    product[at(k)] += weight_[at(n)] * cdouble(d_(n, k)) * std::conj(cdouble(d_(n, k - 1)));
+        }
         double sum = 0.0;
         for (std::ptrdiff_t k = 1; k < n_pulse_; ++k) {
-            cdouble product{};
-            for (std::ptrdiff_t n = 0; n < n_line_; ++n) product += weight_[at(n)] * cdouble(d_(n, k)) * std::conj(cdouble(d_(n, k - 1)));
-            if (product != cdouble{}) sum += std::arg(product);
+            if (product[at(k)] != cdouble{}) sum += std::arg(product[at(k)]);
             phase_[at(k)] = sum;
         }
         remove_linear(phase_);
@@ -136,7 +146,7 @@ public:
 
 private:
     // A pass over fewer samples takes less time than threads need to meet.
-    [[nodiscard]] bool worth_threads() const { return n_line_ * n_pulse_ >= 200000; }
+    [[nodiscard]] bool worth_threads() const { return n_line_ * n_pulse_ >= 50000; }
 
     // The peak of every line's periodogram, to half a cell: what the Newton steps start from.
     void find_slopes() {
@@ -168,31 +178,11 @@ private:
         if (options_.linear_terms) centre_slopes();
     }
 
-    [[nodiscard]] cdouble coherent_sum(std::ptrdiff_t n) const {
-        Ramp ramp(-slope_[at(n)], -middle_);
-        const cfloat* line = d_.data() + n * n_pulse_;
-        cdouble sum{};
-        if (slope_[at(n)] == 0.0)
-            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) sum += cdouble(line[k]) * std::conj(rotation_[at(k)]);
-        else
-            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) sum += cdouble(line[k]) * std::conj(rotation_[at(k)]) * ramp.next();
-        return sum;
-    }
+    [[nodiscard]] const cfloat* line(std::ptrdiff_t n) const { return d_.data() + n * n_pulse_; }
 
     // One Newton step up the periodogram |sum z exp(-j b k)|^2, at most half a cell.
     void fit_slope(std::ptrdiff_t n) {
-        Ramp ramp(-slope_[at(n)], -middle_);
-        const cfloat* line = d_.data() + n * n_pulse_;
-        cdouble s0{};
-        cdouble s1{};
-        cdouble s2{};
-        for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
-            const cdouble z = cdouble(line[k]) * std::conj(rotation_[at(k)]) * ramp.next();
-            const double x = static_cast<double>(k) - middle_;
-            s0 += z;
-            s1 += x * z;
-            s2 += x * x * z;
-        }
+        const auto [s0, s1, s2] = detail::line_moments(line(n), rotation_.data(), n_pulse_, slope_[at(n)], middle_);
         const double gradient = 2.0 * std::imag(s1 * std::conj(s0));
         const double curvature = 2.0 * (std::norm(s1) - std::real(s2 * std::conj(s0)));
         const double limit = pi / static_cast<double>(n_pulse_);
@@ -202,7 +192,7 @@ private:
     void fit_line(std::ptrdiff_t n) {
         if (options_.linear_terms) fit_slope(n);
         const double count = samples_[at(n)];
-        amplitude_[at(n)] = coherent_sum(n) / count;
+        amplitude_[at(n)] = detail::line_sum(line(n), rotation_.data(), n_pulse_, slope_[at(n)], middle_) / count;
         // |A|^2 without its share of noise: E|mean|^2 = |A|^2 + noise / count.
         signal_[at(n)] = count > 1.0 ? std::max((count * std::norm(amplitude_[at(n)]) - power_[at(n)]) / (count - 1.0), 0.0) : 0.0;
         // The common phase has taken 1 / (2 M) of the noise's freedom.
@@ -236,13 +226,7 @@ private:
             if (!(samples_[at(n)] > 0.0)) continue;
             const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
             const double share = weight_[at(n)] / samples_[at(n)];
-            Ramp ramp(-slope_[at(n)], static_cast<double>(begin) - middle_);
-            const cfloat* line = d_.data() + n * n_pulse_ + begin;
-            for (std::ptrdiff_t k = 0; k < count; ++k) {
-                const cdouble sample(line[k]);
-                sum[k] += gain * (slope_[at(n)] == 0.0 ? sample : sample * ramp.next());
-                own[k] += share * std::norm(sample);
-            }
+            detail::add_line(line(n) + begin, count, gain, slope_[at(n)], middle_ - static_cast<double>(begin), share, sum, own);
         }
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const cdouble others = sum[k] - own[k] * rotation_[at(begin + k)];
@@ -256,17 +240,23 @@ private:
         std::vector<double> scatter(at(n_pulse_), 0.0);
         std::vector<double> information(at(n_pulse_), 0.0);
         std::vector<double> implied(at(n_pulse_), 0.0);
-        for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
-            const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
-            const double model = weight_[at(n)] * weight_[at(n)] * signal_[at(n)] * 0.5 * noise_[at(n)];
-            Ramp ramp(-slope_[at(n)], -middle_);
-            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
-                const cdouble turn = ramp.next();
-                if (d_(n, k) == cfloat{}) continue;
-                const double across = std::imag(gain * cdouble(d_(n, k)) * std::conj(rotation_[at(k)]) * turn);
-                scatter[at(k)] += across * across;
-                information[at(k)] += weight_[at(n)] * signal_[at(n)];
-                implied[at(k)] += model;
+        const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
+        for (std::ptrdiff_t task = 0; task < tasks; ++task) {
+            const std::ptrdiff_t begin = task * pulses_per_task;
+            const std::ptrdiff_t end = std::min(begin + pulses_per_task, n_pulse_);
+            for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+                const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
+                const double model = weight_[at(n)] * weight_[at(n)] * signal_[at(n)] * 0.5 * noise_[at(n)];
+                Ramp ramp(-slope_[at(n)], static_cast<double>(begin) - middle_);
+                for (std::ptrdiff_t k = begin; k < end; ++k) {
+                    const cdouble turn = ramp.next();
+                    if (d_(n, k) == cfloat{}) continue;
+                    const double across = std::imag(gain * cdouble(d_(n, k)) * std::conj(rotation_[at(k)]) * turn);
+                    scatter[at(k)] += across * across;
+                    information[at(k)] += weight_[at(n)] * signal_[at(n)];
+                    implied[at(k)] += model;
+                }
             }
         }
         const double freedom = n_line_ > 1 ? static_cast<double>(n_line_) / static_cast<double>(n_line_ - 1) : 1.0;

@@ -12,6 +12,8 @@
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
 
+#include "line_sums.hpp"
+
 namespace sarfocus::autofocus {
 namespace {
 
@@ -48,6 +50,48 @@ double rmse(const std::vector<double>& a, const std::vector<double>& b) {
     double sum = 0.0;
     for (const double x : d) sum += x * x;
     return std::sqrt(sum / static_cast<double>(d.size()));
+}
+
+// Against the sums written out, over lengths about those of a register; the recurrence of the turns keeps its precision over long lines.
+TEST(LineSums, AreThoseOfTheirDefinition) {
+    std::mt19937 bits(11);
+    std::normal_distribution<double> normal;
+    for (const std::ptrdiff_t length : {0, 1, 7, 8, 9, 30, 64, 65, 20000}) {
+        std::vector<cfloat> line;
+        std::vector<cdouble> rotation;
+        for (std::ptrdiff_t k = 0; k < length; ++k) {
+            line.emplace_back(static_cast<float>(normal(bits)), static_cast<float>(normal(bits)));
+            rotation.push_back(std::polar(1.0, normal(bits)));
+        }
+        for (const double slope : {0.0, 0.3, -2.9}) {
+            const double middle = 0.5 * static_cast<double>(length - 1);
+            const cdouble gain(0.7, -1.3);
+            constexpr double share = 0.4;
+            std::vector<cdouble> sum(line.size(), cdouble(2.0, 1.0));
+            std::vector<double> own(line.size(), 3.0);
+            detail::add_line(line.data(), length, gain, slope, middle, share, sum.data(), own.data());
+            cdouble zeroth;
+            cdouble first;
+            cdouble second;
+            for (std::size_t k = 0; k < line.size(); ++k) {
+                const double x = static_cast<double>(k) - middle;
+                const cdouble turned = cdouble(line[k]) * std::polar(1.0, -slope * x);
+                const cdouble z = turned * std::conj(rotation[k]);
+                zeroth += z;
+                first += x * z;
+                second += x * x * z;
+                EXPECT_LT(std::abs(sum[k] - cdouble(2.0, 1.0) - gain * turned), 1e-10);
+                EXPECT_NEAR(own[k], 3.0 + share * std::norm(cdouble(line[k])), 1e-12);
+            }
+            const double half = std::max(middle, 1.0);
+            const double root = std::sqrt(static_cast<double>(length) + 1.0);
+            const detail::LineMoments moments = detail::line_moments(line.data(), rotation.data(), length, slope, middle);
+            EXPECT_LT(std::abs(moments.zeroth - zeroth), 1e-10 * root);
+            EXPECT_LT(std::abs(moments.first - first), 1e-10 * root * half);
+            EXPECT_LT(std::abs(moments.second - second), 1e-10 * root * half * half);
+            EXPECT_LT(std::abs(detail::line_sum(line.data(), rotation.data(), length, slope, middle) - zeroth), 1e-10 * root);
+        }
+    }
 }
 
 TEST(PhaseEstimate, ReachesTheCramerRaoBoundAndSaysSo) {

@@ -115,15 +115,16 @@ private:
         const ImageView second = pulses.as_image(from[1]);
         result_.score = detail::judge({before_view, after_view, first, second}, halves, cell, evidence, options_.execution);
         if (result_.score.improved)
-            refuse_losses(detail::image_evidence(after_view, before_view, layout, cell, how), aperture / cell.azimuth);
+            refuse_losses(detail::image_evidence(after_view, before_view, layout, cell, how), aperture / cell.azimuth, pulses.n_gate());
         if (!detail::one_sided(halves, evidence)) result_.phase_std = pulses.over_azimuth(deviation(own[0], own[1]), unknown);
         watch_.lap("judge");
     }
 
     // A few very bright points may gain what many others lose: ships of one speed, or whatever contrast likes best. reversed: the strongest
-    // points of the input, and by how much they were stronger before.
-    void refuse_losses(const detail::Evidence& reversed, double cells) {
-        constexpr double minimum_contrast = 12.0;  // PointOptions: speckle is no point
+    // points of the input, and by how much they were stronger before. cells: of a gate.
+    void refuse_losses(const detail::Evidence& reversed, double cells, std::ptrdiff_t gates) {
+        constexpr double chance = 5.0;  // of 150 images of speckle one has a crest brighter than ln(cells) by this much
+        const double minimum_contrast = std::log(cells * static_cast<double>(gates)) + chance;
         int points = 0;
         int much = 0;    // lose 3 dB: a tenth at most, as for strips (harm_done), or one
         int little = 0;  // lose 1 dB: less than half, of four or more

@@ -46,12 +46,13 @@ std::vector<Pixel> coalesced(const ImageView& image, const PixelLayout& layout, 
     return to_pixels(maxima, image, layout);
 }
 
-// An intensity that about thirty times as many pixels exceed as points are wanted, from a sample of the image; 0: too few pixels for that.
-double upper_intensity(const ImageView& image, int count) {
+// An intensity that about `pixels` of the image exceed, from a sample of it; 0: that is more than a quarter of it.
+double upper_intensity(const ImageView& image, std::ptrdiff_t pixels) {
     constexpr std::ptrdiff_t sample = 65536;
-    const std::ptrdiff_t step = std::max<std::ptrdiff_t>(image.size() / sample, 1) | 1;
-    const std::ptrdiff_t above = 30 * static_cast<std::ptrdiff_t>(count) / step;
-    if (above < 16 || 4 * above * step > image.size()) return 0.0;
+    constexpr std::ptrdiff_t least = 16;  // samples above it, for the number of pixels above it to be known
+    const std::ptrdiff_t step = std::clamp<std::ptrdiff_t>(image.size() / sample, 1, std::max<std::ptrdiff_t>(pixels / least - 1, 1)) | 1;
+    const std::ptrdiff_t above = pixels / step;
+    if (above < least || 4 * above * step > image.size()) return 0.0;
     std::vector<double> values;
     for (std::ptrdiff_t k = 0; k < image.size(); k += step) values.push_back(intensity(image, k / image.extent(1), k % image.extent(1)));
     const auto place = values.end() - above;
@@ -104,12 +105,13 @@ std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& l
     detect::LocalMaximaOptions options;
     options.half_width = {1, 0};  // neighbouring columns need not be neighbouring gates; coalescence sees to those that are
     options.execution = execution;
-    // The strongest that are wanted stand out of most pixels: the weaker ones are looked for only where these do not suffice.
-    options.minimum = upper_intensity(image, count);
-    std::vector<Pixel> few = coalesced(image, layout, count, separation, detect::local_maxima(image, options, wanted));
-    if (static_cast<int>(few.size()) == count || options.minimum == 0.0) return few;
-    options.minimum = 0.0;
-    return coalesced(image, layout, count, separation, detect::local_maxima(image, options, wanted));
+    // The strongest that are wanted stand out of most pixels: weaker ones are looked for only where these do not suffice.
+    for (const std::ptrdiff_t pixels_a_point : {6, 30, 0}) {
+        options.minimum = pixels_a_point > 0 ? upper_intensity(image, pixels_a_point * count) : 0.0;
+        out = coalesced(image, layout, count, separation, detect::local_maxima(image, options, wanted));
+        if (static_cast<int>(out.size()) == count || options.minimum == 0.0) break;
+    }
+    return out;
 }
 
 std::vector<Pixel> to_pixels(const std::vector<detect::Point>& points, const ImageView& image, const PixelLayout& layout) {
