@@ -25,7 +25,7 @@ from .strips import airborne
 SIZES = ((2048, 2048), (2048, 4096), (4096, 4096), (4096, 8192), (8192, 8192), (8192, 16384))  # the paper's, range x azimuth
 ROUNDS = (7, 7, 5, 5, 3, 3)
 ROUNDS_BESIDE = 1  # of what is only printed beside: two-dimensional PGA and the judged methods
-SECONDS = (15.0, 20.0, 30.0, 50.0, 90.0, 150.0)  # for the rounds of a scene: none begins after that, the first excepted; 18 min in all
+SECONDS = (15.0, 15.0, 20.0, 30.0, 60.0, 150.0)  # for the rounds of a scene: none begins after that, the first excepted; 18 min in all
 TILE = 2048  # pixels of the texture, which is repeated
 SEED = 20250118
 ALLOWED = 1.02

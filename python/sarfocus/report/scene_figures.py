@@ -93,9 +93,8 @@ def times_figure(rows: Sequence[Mapping[str, Any]], allowed: float) -> Figure:
         for method, colour in looks.items():
             own = [row for row in rows if row["method"] == method and row["case"].startswith(scene)]
             place = np.array([sizes.index((row["n_range"], row["n_azimuth"])) for row in own], dtype=float)
-            right.plot(
-                place, [row["round_trips"] for row in own], marker=marker, color=colour, linewidth=1.0, label=f"{method}, scene {scene}"
-            )
+            label = method if scene == scenes[0] else None
+            right.plot(place, [row["round_trips"] for row in own], marker=marker, color=colour, linewidth=1.0, label=label)
             if method == "adaptive_pga":
                 ratio = np.array([[row["over_conventional"], row["over_conventional_from"], row["over_conventional_to"]] for row in own])
                 shift = 0.08 * (scenes.index(scene) - 1)
@@ -110,9 +109,12 @@ def times_figure(rows: Sequence[Mapping[str, Any]], allowed: float) -> Figure:
                     )
     left.axhline(allowed, color=INK, linewidth=0.9, linestyle=":")
     left.set(ylabel="time, adaptive over conventional PGA", xlabel="pixels, range x azimuth; bars: from the least to the largest")
-    right.set(ylabel="time, azimuth round trips", xlabel="pixels, range x azimuth", yscale="log")
+    right.set(ylabel="time, azimuth round trips", xlabel="pixels, range x azimuth; markers as on the left", yscale="log")
+    right.set_ylim(top=2.0 * right.get_ylim()[1])
     for axes in (left, right):
         axes.set_xticks(range(len(sizes)), [f"{n_range} x\n{n_azimuth}" for n_range, n_azimuth in sizes])
-        axes.legend(frameon=False, fontsize=7, labelcolor=INK, ncols=2 if axes is left else 1, loc="best")
+        axes.legend(
+            frameon=False, fontsize=7, labelcolor=INK, ncols=2 if axes is left else 3, loc="best" if axes is left else "upper right"
+        )
         style(axes)
     return made
