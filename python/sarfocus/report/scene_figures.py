@@ -111,10 +111,11 @@ def times_figure(rows: Sequence[Mapping[str, Any]], allowed: float) -> Figure:
     left.set(ylabel="time, adaptive over conventional PGA", xlabel="pixels, range x azimuth; bars: from the least to the largest")
     right.set(ylabel="time, azimuth round trips", xlabel="pixels, range x azimuth; markers as on the left", yscale="log")
     right.set_ylim(top=2.0 * right.get_ylim()[1])
+    left.set_ylim(bottom=left.get_ylim()[0] - 0.25 * np.ptp(left.get_ylim()))
     for axes in (left, right):
         axes.set_xticks(range(len(sizes)), [f"{n_range} x\n{n_azimuth}" for n_range, n_azimuth in sizes])
         axes.legend(
-            frameon=False, fontsize=7, labelcolor=INK, ncols=2 if axes is left else 3, loc="best" if axes is left else "upper right"
+            frameon=False, fontsize=7, labelcolor=INK, ncols=2 if axes is left else 3, loc="lower left" if axes is left else "upper right"
         )
         style(axes)
     return made
