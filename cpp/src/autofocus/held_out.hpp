@@ -60,8 +60,8 @@ struct PlaceMeasures {
 [[nodiscard]] PlaceMeasures measure_without(const Subject& subject, const std::vector<double>& phase, double centre,
                                             const std::vector<Place>& places, const PlaceRule& rule, const Execution& execution);
 
-/// What the strong points of a whole image and of its correction have against the correction: that their peaks fall on average, or that more
-/// than a tenth of them lose 3 dB. Empty: nothing.
+/// What the strong points of a whole image and of its correction have against the correction: that their peaks fall on average, or that
+/// more than a tenth of them lose 3 dB. Empty: nothing.
 [[nodiscard]] std::string objection_of_points(const Subject& subject, const ImageView& corrected, const PlaceRule& rule, double centre,
                                               const Execution& execution);
 
