@@ -5,9 +5,8 @@
 #include <numeric>
 
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/focus/azimuth.hpp>
-
-#include "focus/line_workspace.hpp"
 
 namespace sarfocus::autofocus::detail {
 namespace {
@@ -123,11 +122,11 @@ std::vector<cfloat> PulseSet::factors(const std::vector<double>& phase) const {
 
 void PulseSet::form_line(std::ptrdiff_t gate, const std::vector<cfloat>& factors, cfloat* line) const {
     const cfloat* pulses = lines_.data() + gate * lines_.extent(1);
-    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = focus::product(pulses[k], factors[at(k)]);
+    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(pulses[k], factors[at(k)]);
     if (strip()) {
         const cfloat* chirp = chirps_.data() + gate * chirps_.extent(1);
         forward_->execute(line);
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = focus::product(line[k], chirp[k]);
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(line[k], chirp[k]);
     }
     inverse_->execute(line);
 }
@@ -136,7 +135,7 @@ void PulseSet::to_pulses(std::ptrdiff_t gate, cfloat* line) const {
     forward_->execute(line);
     if (strip()) {
         const cfloat* chirp = chirps_.data() + gate * chirps_.extent(1);
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = focus::product(line[k], std::conj(chirp[k]));
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(line[k], std::conj(chirp[k]));
         inverse_->execute(line);
     } else {
         const float scale = 1.0f / std::sqrt(static_cast<float>(n_azimuth_));

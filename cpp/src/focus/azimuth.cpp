@@ -11,6 +11,7 @@
 #include <omp.h>
 
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/fft/plan.hpp>
 #include <sarfocus/signal/phasor.hpp>

@@ -5,10 +5,9 @@
 #include <vector>
 
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
-
-#include "focus/line_workspace.hpp"
 
 namespace sarfocus::focus {
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <complex>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -34,12 +33,6 @@ private:
 
 [[nodiscard]] inline bool is_finite(const cfloat& x) {
     return std::isfinite(x.real()) && std::isfinite(x.imag());
-}
-
-/// Complex product without the test for infinities that the operator of the standard makes.
-template <class Real>
-[[nodiscard]] std::complex<Real> product(const std::complex<Real>& a, const std::complex<Real>& b) {
-    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
 /// After bin 0 of a transform, the sum of its line, was not finite: names the sample at fault, or says that the sum overflowed.

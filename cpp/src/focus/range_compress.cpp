@@ -8,6 +8,7 @@
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/fft/plan.hpp>
 
