@@ -9,6 +9,7 @@
 #include <pybind11/stl.h>
 
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/sim/hrws.hpp>
 #include <sarfocus/sim/motion.hpp>
 #include <sarfocus/sim/points.hpp>
 #include <sarfocus/sim/stripmap.hpp>
@@ -175,6 +176,60 @@ complex64 [n_pulse, n_frequency]
 Raises
 ------
 ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
+}
+
+py::array hrws_data(const py::object& positions, const py::object& channels, const py::object& targets, const py::object& reflectivity,
+                    std::ptrdiff_t n_range, const py::object& range_start, double range_spacing, double wavelength, double bandwidth,
+                    double prf, std::ptrdiff_t transmitter, const std::string& model, const py::object& motion, const py::object& imbalance,
+                    std::optional<double> doppler_bandwidth, double doppler_centroid, const py::object& window,
+                    std::optional<double> support, double noise_power, std::uint64_t seed, const py::object& out, int threads,
+                    const py::object& progress) {
+    require_count(n_range, "n_range");
+    if (model != "bistatic" && model != "equivalent") throw ValueError("model", R"("bistatic" or "equivalent")", "\"" + model + "\"");
+    const auto platform = real_input<2>(positions, "positions");
+    const auto antennas = real_input<2>(channels, "channels");
+    const auto xyz = real_input<2>(targets, "targets");
+    const auto amplitudes = complex_input(reflectivity, "reflectivity");
+    const auto start = range_start_of(range_start);
+    const auto displacement = motion.is_none() ? Input<double, 2>() : real_input<2>(motion, "motion");
+    const auto factors = imbalance.is_none() ? Input<cdouble, 1>() : complex_input(imbalance, "imbalance");
+    const std::ptrdiff_t n_pulse = platform.view.extent(0);
+    const std::ptrdiff_t n_channel = antennas.view.extent(0);
+    require_output_memory(out, n_channel * n_pulse, n_range, "hrws");
+    const auto data = output<cfloat, 3>(out, {n_channel, n_pulse, n_range});
+    const sim::HrwsRadar radar{platform.view,     antennas.view, transmitter, model == "equivalent",
+                               displacement.view, factors.view,  prf,         doppler_bandwidth.value_or(0.0),
+                               doppler_centroid};
+    sim::PointEchoModel echo;
+    echo.range_start = start.view;
+    echo.range_spacing = range_spacing;
+    echo.wavelength = wavelength;
+    echo.bandwidth = bandwidth;
+    echo.window = window_of(window);
+    echo.support = support.value_or(std::numeric_limits<double>::infinity());
+    echo.noise_power = noise_power;
+    echo.seed = seed;
+    const sim::PointOptions options{execution(threads, progress)};
+    {
+        const py::gil_scoped_release release;
+        sim::hrws(radar, {xyz.view, amplitudes.view}, echo, data.view, options);
+    }
+    return data.owner;
+}
+
+void bind_hrws_data(py::module_& m) {
+    m.def("hrws_data", &hrws_data, py::arg("positions"), py::arg("channels"), py::arg("targets"), py::arg("reflectivity"), py::kw_only(),
+          py::arg("n_range"), py::arg("range_start"), py::arg("range_spacing"), py::arg("wavelength"), py::arg("bandwidth"), py::arg("prf"),
+          py::arg("transmitter") = 0, py::arg("model") = "bistatic", py::arg("motion") = py::none(), py::arg("imbalance") = py::none(),
+          py::arg("doppler_bandwidth") = py::none(), py::arg("doppler_centroid") = 0.0, py::arg("window") = py::none(),
+          py::arg("support") = py::none(), py::arg("noise_power") = 0.0, py::arg("seed") = 0, py::arg("out") = py::none(),
+          py::arg("threads") = 0, py::arg("progress") = py::none(), R"(The samples of `hrws` alone.
+
+Parameters as for `hrws`.
+
+Returns
+-------
+complex64 [n_channel, n_pulse, n_range])");
 }
 
 // targets= of a strip; an empty list stands for none.
@@ -380,6 +435,7 @@ ValueError, TypeError, MemoryError)");
 
 void bind_sim(py::module_ m) {
     bind_points(m);
+    bind_hrws_data(m);
     bind_stripmap(m);
 }
 

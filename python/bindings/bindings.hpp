@@ -18,5 +18,6 @@ void bind_adaptive(pybind11::module_ m);
 void bind_sharpness(pybind11::module_ m);
 void bind_cross_track(pybind11::module_ m);
 void bind_strip(pybind11::module_ m);
+void bind_hrws(pybind11::module_ m);
 
 }  // namespace sarfocus::python

@@ -22,4 +22,5 @@ PYBIND11_MODULE(_core, m) {
     pybind11::module_ strip = m.def_submodule("strip", "Stripmap autofocus, and its steps one by one.");
     bind_strip(strip);
     bind_cross_track(strip);
+    bind_hrws(m.def_submodule("hrws", "Multichannel strips: motion and unambiguous images."));
 }

@@ -1,6 +1,6 @@
 """sarfocus: brings defocused synthetic aperture radar data into focus."""
 
-from . import adaptive, detect, io, quality, signal, simulate, strip
+from . import adaptive, detect, hrws, io, quality, signal, simulate, strip
 from ._core import Cancelled, MemoryEstimateError, NumericalError, ShapeError, __version__
 from ._core.adaptive import adaptive_pga, conventional_pga
 from ._core.autofocus import (
@@ -65,6 +65,7 @@ __all__ = [
     "estimate_time_offset",
     "form_stripmap",
     "gpga",
+    "hrws",
     "interpolate_track",
     "io",
     "maximum_contrast",

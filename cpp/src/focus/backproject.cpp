@@ -20,6 +20,7 @@
 namespace sarfocus::focus {
 namespace {
 
+using detail::AspectTable;
 using detail::PixelBlock;
 using detail::PulseTable;
 using detail::RangeProfileTable;
@@ -111,21 +112,9 @@ std::vector<std::unique_ptr<ThreadMemory>> thread_memory(int threads, const Rang
     return out;
 }
 
-}  // namespace
-
-void RangeProfiles::validate(int threads) const {
-    require_not_empty(data, "data");
-    require_positive(range_spacing, "range_spacing");
-    require_positive(wavelength, "wavelength");
-    if (range_start.extent(0) != 1 && range_start.extent(0) != data.extent(0))
-        throw ShapeError("range_start", "one value or " + std::to_string(data.extent(0)) + ", one for each pulse",
-                         shape_text(range_start.extents()));
-    sarfocus::require_finite(range_start, "range_start");
-    sarfocus::require_finite(data, "data", threads);
-}
-
-void backproject(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, MutableImageView image,
-                 const BackprojectOptions& options) {
+// Adds the sum over all pulses to the image, or puts it there.
+void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, const AspectTable* aspect, bool add,
+                MutableImageView image, const BackprojectOptions& options) {
     check(profiles, centres, options);
     if (image.extents() != grid.shape())
         throw ShapeError("image", "the shape of the grid " + shape_text(grid.shape()), shape_text(image.extents()));
@@ -166,11 +155,16 @@ void backproject(const RangeProfiles& profiles, const PhaseCentres& centres, con
                 for (std::ptrdiff_t j = 0; j < columns; j += PixelBlock::capacity) {
                     load_pixels(own.xyz.data() + 3 * j, std::min(PixelBlock::capacity, columns - j), own.pixels);
                     own.clear_sums();
-                    for (std::ptrdiff_t p = 0; p < count; ++p)
-                        kernels.gather(pulses[static_cast<std::size_t>(p)], own.pixels, cycles_per_metre, monostatic, own.re, own.im);
+                    for (std::ptrdiff_t p = 0; p < count; ++p) {
+                        const PulseTable& pulse = pulses[static_cast<std::size_t>(p)];
+                        if (aspect == nullptr)
+                            kernels.gather(pulse, own.pixels, cycles_per_metre, monostatic, own.re, own.im);
+                        else
+                            kernels.gather_weighted(pulse, own.pixels, *aspect, cycles_per_metre, monostatic, own.re, own.im);
+                    }
                     for (std::ptrdiff_t k = 0; k < own.pixels.count; ++k) {
                         cfloat& pixel = image(i, j + k);
-                        pixel = (begin == 0 ? cfloat{} : pixel) + cfloat(own.re[k], own.im[k]);
+                        pixel = (begin == 0 && !add ? cfloat{} : pixel) + cfloat(own.re[k], own.im[k]);
                     }
                 }
                 monitor.advance(count);
@@ -178,6 +172,48 @@ void backproject(const RangeProfiles& profiles, const PhaseCentres& centres, con
         }
     }
     monitor.finish();
+}
+
+}  // namespace
+
+void RangeProfiles::validate(int threads) const {
+    require_not_empty(data, "data");
+    require_positive(range_spacing, "range_spacing");
+    require_positive(wavelength, "wavelength");
+    if (range_start.extent(0) != 1 && range_start.extent(0) != data.extent(0))
+        throw ShapeError("range_start", "one value or " + std::to_string(data.extent(0)) + ", one for each pulse",
+                         shape_text(range_start.extents()));
+    sarfocus::require_finite(range_start, "range_start");
+    sarfocus::require_finite(data, "data", threads);
+}
+
+void AspectWeights::validate() const {
+    if (std::abs(norm(axis) - 1.0) > 1e-6) throw ValueError("axis", "a vector of length 1", "one of length " + number_text(norm(axis)));
+    if (!(sine_start < sine_stop && sine_start >= -1.0 && sine_stop <= 1.0))
+        throw ValueError("sine_start, sine_stop", "-1 <= start < stop <= 1", number_text(sine_start) + ", " + number_text(sine_stop));
+    if (table.empty()) throw ValueError("table", "at least one entry", "none");
+    for (const cfloat w : table)
+        if (!std::isfinite(w.real()) || !std::isfinite(w.imag())) throw NumericalError("table: expected finite weights");
+}
+
+void backproject(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, MutableImageView image,
+                 const BackprojectOptions& options) {
+    sum_pulses(profiles, centres, grid, nullptr, false, image, options);
+}
+
+void backproject_weighted(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, const AspectWeights& weights,
+                          MutableImageView image, const BackprojectOptions& options) {
+    weights.validate();
+    std::vector<cfloat> entries(weights.table.size() + 2);
+    std::copy(weights.table.begin(), weights.table.end(), entries.begin() + 1);
+    const auto n = static_cast<std::int32_t>(weights.table.size());
+    const AspectTable aspect{
+        reinterpret_cast<const float*>(entries.data()),
+        n,
+        {static_cast<float>(weights.axis[0]), static_cast<float>(weights.axis[1]), static_cast<float>(weights.axis[2])},
+        static_cast<float>(weights.sine_start),
+        static_cast<float>(n / (weights.sine_stop - weights.sine_start))};
+    sum_pulses(profiles, centres, grid, &aspect, true, image, options);
 }
 
 void backproject_histories(const RangeProfiles& profiles, const PhaseCentres& centres, const ArrayView<const double, 2>& points,

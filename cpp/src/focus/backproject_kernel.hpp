@@ -27,10 +27,23 @@ struct PixelBlock {
     std::ptrdiff_t count;
 };
 
+/// Factors by direction: entry k = 1 … n_entry holds (re, im) for sines in [start + (k - 1) / scale, start + k / scale); entries 0 and
+/// n_entry + 1 are zero and catch the rest.
+struct AspectTable {
+    const float* entries;
+    std::int32_t n_entry;
+    float axis[3];
+    float start;
+    float scale;
+};
+
 struct Kernels {
     const char* name;
     /// re[i], im[i] += s(R_i) exp(+j 2 pi R_i cycles_per_metre)
     void (*gather)(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, float* re, float* im);
+    /// The same, every term times the entry of its direction.
+    void (*gather_weighted)(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect, double cycles_per_metre,
+                            bool monostatic, float* re, float* im);
     /// The offsets and phases alone, for the adjoint: bin[i], x[i], and (c, s) = exp(-j 2 pi R_i cycles_per_metre).
     void (*locate)(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, std::int32_t* bin, float* x,
                    float* c, float* s);

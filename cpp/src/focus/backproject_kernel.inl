@@ -69,11 +69,80 @@ inline __attribute__((always_inline)) void gather_pixels(const PulseTable& pulse
     }
 }
 
+// The entry of every pixel's direction; false where all lie outside the table.
+template <bool monostatic>
+inline __attribute__((always_inline)) bool locate_aspect(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect,
+                                                         std::int32_t* __restrict entry) {
+    const double tx = monostatic ? pulse.tx[0] : 0.5 * (pulse.tx[0] + pulse.rx[0]);
+    const double ty = monostatic ? pulse.tx[1] : 0.5 * (pulse.tx[1] + pulse.rx[1]);
+    const double tz = monostatic ? pulse.tx[2] : 0.5 * (pulse.tx[2] + pulse.rx[2]);
+    const float ux = aspect.axis[0], uy = aspect.axis[1], uz = aspect.axis[2];
+    const float start = aspect.start;
+    const float scale = aspect.scale;
+    const auto last = static_cast<float>(aspect.n_entry + 1);
+    const double* __restrict px = pixels.x;
+    const double* __restrict py = pixels.y;
+    const double* __restrict pz = pixels.z;
+    const std::ptrdiff_t n = pixels.count;
+    std::int32_t lowest = aspect.n_entry + 1;
+    std::int32_t highest = 0;
+#pragma omp simd reduction(min : lowest) reduction(max : highest)
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+        const auto ax = static_cast<float>(px[i] - tx), ay = static_cast<float>(py[i] - ty), az = static_cast<float>(pz[i] - tz);
+        const float sine = (ax * ux + ay * uy + az * uz) / __builtin_sqrtf(ax * ax + ay * ay + az * az);
+        float place = (sine - start) * scale + 1.0f;
+        place = place < 0.0f ? 0.0f : place;
+        place = place > last ? last : place;
+        const auto k = static_cast<std::int32_t>(place);
+        entry[i] = k;
+        lowest = k < lowest ? k : lowest;
+        highest = k > highest ? k : highest;
+    }
+    return highest > 0 && lowest <= aspect.n_entry;
+}
+
+template <bool monostatic>
+inline __attribute__((always_inline)) void gather_weighted_pixels(const PulseTable& pulse, const PixelBlock& pixels,
+                                                                  const AspectTable& aspect, double cycles_per_metre, float* __restrict re,
+                                                                  float* __restrict im) {
+    alignas(64) std::int32_t entry[capacity];
+    if (!locate_aspect<monostatic>(pulse, pixels, aspect, entry)) return;
+    alignas(64) std::int32_t bin[capacity];
+    alignas(64) float offset[capacity];
+    alignas(64) float cosine[capacity];
+    alignas(64) float sine[capacity];
+    locate_pixels<monostatic>(pulse, pixels, cycles_per_metre, bin, offset, cosine, sine);
+    const float* __restrict table = pulse.bins;
+    const float* __restrict weight = aspect.entries;
+    const std::ptrdiff_t n = pixels.count;
+#pragma omp simd
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+        const std::int32_t b = 8 * bin[i];
+        const float x = offset[i];
+        const float sr = table[b] + x * (table[b + 2] + x * (table[b + 4] + x * table[b + 6]));
+        const float si = table[b + 1] + x * (table[b + 3] + x * (table[b + 5] + x * table[b + 7]));
+        const float tr = sr * cosine[i] - si * sine[i];
+        const float ti = sr * sine[i] + si * cosine[i];
+        const float wr = weight[2 * entry[i]];
+        const float wi = weight[2 * entry[i] + 1];
+        re[i] += tr * wr - ti * wi;
+        im[i] += tr * wi + ti * wr;
+    }
+}
+
 void gather(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, float* re, float* im) {
     if (monostatic)
         gather_pixels<true>(pulse, pixels, cycles_per_metre, re, im);
     else
         gather_pixels<false>(pulse, pixels, cycles_per_metre, re, im);
+}
+
+void gather_weighted(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect, double cycles_per_metre,
+                     bool monostatic, float* re, float* im) {
+    if (monostatic)
+        gather_weighted_pixels<true>(pulse, pixels, aspect, cycles_per_metre, re, im);
+    else
+        gather_weighted_pixels<false>(pulse, pixels, aspect, cycles_per_metre, re, im);
 }
 
 void locate(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, std::int32_t* bin, float* x,
@@ -87,6 +156,6 @@ void locate(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per
 
 }  // namespace
 
-const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, &gather, &locate};
+const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, &gather, &gather_weighted, &locate};
 
 }  // namespace sarfocus::focus::detail

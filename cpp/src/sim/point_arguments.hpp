@@ -5,6 +5,7 @@
 #include <string>
 
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/sim/points.hpp>
 
 namespace sarfocus::sim {
 
@@ -18,5 +19,8 @@ inline void require_per_pulse(const ArrayView<const double, 1>& values, const ch
 inline void require_noise_power(double power, const char* argument = "noise_power") {
     if (!(std::isfinite(power) && power >= 0.0)) throw ValueError(argument, "a finite number >= 0", number_text(power));
 }
+
+/// Of the echoes of `points`. Throws ShapeError, ValueError, NumericalError.
+void validate(const PointEchoModel& model, std::ptrdiff_t n_pulse);
 
 }  // namespace sarfocus::sim

@@ -13,8 +13,6 @@
 #include "sim/point_arguments.hpp"
 
 namespace sarfocus::sim {
-namespace {
-
 void validate(const PointEchoModel& model, std::ptrdiff_t n_pulse) {
     require_per_pulse(model.range_start, "range_start", n_pulse);
     require_positive(model.range_spacing, "range_spacing");
@@ -27,8 +25,6 @@ void validate(const PointEchoModel& model, std::ptrdiff_t n_pulse) {
         throw ValueError("range_spacing", "at most c / (2 bandwidth) = " + number_text(resolution) + " m",
                          number_text(model.range_spacing));
 }
-
-}  // namespace
 
 void PointTargets::validate() const {
     const std::ptrdiff_t n = reflectivity.extent(0);

@@ -3,6 +3,7 @@ from . import autofocus as autofocus
 from . import detect as detect
 from . import focus as focus
 from . import geometry as geometry
+from . import hrws as hrws
 from . import quality as quality
 from . import signal as signal
 from . import sim as sim

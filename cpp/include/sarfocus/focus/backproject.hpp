@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include <sarfocus/core/array_view.hpp>
 #include <sarfocus/core/execution.hpp>
 #include <sarfocus/core/export.hpp>
+#include <sarfocus/core/vector3.hpp>
 #include <sarfocus/geometry/image_grid.hpp>
 #include <sarfocus/geometry/phase_centres.hpp>
 
@@ -41,7 +43,25 @@ struct BackprojectOptions {
 SARFOCUS_API void backproject(const RangeProfiles& profiles, const geometry::PhaseCentres& centres, const geometry::ImageGrid& grid,
                               MutableImageView image, const BackprojectOptions& options = {});
 
-/// The terms of that sum, one by one: the dechirped history of every point.
+/// A factor for every term of that sum by the direction in which the antenna sees the pixel: by the sine of the angle from broadside, the
+/// component along `axis` of the unit vector from the antenna (bistatic: midway between both) to the pixel. On a straight track the local
+/// Doppler frequency is 2 velocity sine / wavelength.
+struct AspectWeights {
+    Vector3 axis{};             ///< along the track, of length 1
+    double sine_start = 0.0;    ///< where entry 0 begins
+    double sine_stop = 0.0;     ///< where the last one ends
+    std::vector<cfloat> table;  ///< of equal parts of that interval; terms outside it have weight 0
+
+    /// Throws ValueError, NumericalError.
+    SARFOCUS_API void validate() const;
+};
+
+/// image += the sum of `backproject` with its terms weighted. Pixels that no pulse sees within the table's interval cost little.
+SARFOCUS_API void backproject_weighted(const RangeProfiles& profiles, const geometry::PhaseCentres& centres,
+                                       const geometry::ImageGrid& grid, const AspectWeights& weights, MutableImageView image,
+                                       const BackprojectOptions& options = {});
+
+/// The terms of the sum of `backproject`, one by one: the dechirped history of every point.
 /// points: [n_point, 3] m; histories: [n_point, n_pulse], overwritten; zero where a pulse did not record the point.
 SARFOCUS_API void backproject_histories(const RangeProfiles& profiles, const geometry::PhaseCentres& centres,
                                         const ArrayView<const double, 2>& points, MutableImageView histories,

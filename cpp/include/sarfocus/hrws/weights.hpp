@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include <sarfocus/core/array.hpp>
+#include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/export.hpp>
+
+namespace sarfocus::hrws {
+
+enum class Interpolation {
+    yen,  ///< generalised sampling: exact for any signal in a band of n_channel * prf
+    mmse  ///< least mean square error for a spectrum that is flat over the Doppler bandwidth, in white noise
+};
+
+/// What is known of the azimuth spectrum, and how the channels are combined.
+struct BandOptions {
+    Interpolation interpolation = Interpolation::mmse;
+    double doppler_bandwidth = 0.0;  ///< Hz, processed, at most n_channel * prf; 0: that
+    double doppler_centroid = 0.0;   ///< Hz
+    /// Hz; mmse: beyond the bandwidth the assumed spectrum falls to zero over so much (a raised cosine), at most n_channel * prf -
+    /// doppler_bandwidth. Without it the weights jump where a band ends, and what is left of ambiguities rises. NaN: a tenth of the
+    /// bandwidth.
+    double transition = std::numeric_limits<double>::quiet_NaN();
+    double noise = 1e-3;                ///< mmse: power of the noise over that of the signal, in a band of one prf
+    double condition_limit = 1e3;       ///< NumericalError above it
+    std::ptrdiff_t n_frequency = 1024;  ///< entries of the table of weights over the bandwidth
+
+    /// Throws ValueError.
+    SARFOCUS_API void validate(std::ptrdiff_t n_channel, double prf) const;
+    /// Hz, with the defaults put in.
+    [[nodiscard]] SARFOCUS_API double bandwidth(std::ptrdiff_t n_channel, double prf) const;
+    [[nodiscard]] SARFOCUS_API double fall(std::ptrdiff_t n_channel, double prf) const;
+    /// The assumed spectrum at frequency f from the centroid: 1 within half the bandwidth.
+    [[nodiscard]] SARFOCUS_API double spectrum(double f, std::ptrdiff_t n_channel, double prf) const;
+};
+
+struct ChannelWeights {
+    double frequency_start = 0.0;    ///< Hz, where entry 0 begins
+    double frequency_step = 0.0;     ///< Hz
+    Array<cdouble, 2> weights;       ///< [n_frequency, n_channel]
+    double condition_number = 0.0;   ///< the largest of the band equations
+    double noise_amplification = 0;  ///< power of white noise in the image over that with evenly spaced channels, mean over the band
+};
+
+/// Weights w_n(f) of the channels that leave one band of an azimuth spectrum sampled at `prf` by channels displaced by offsets[n] (m): with
+/// f_m = f + m prf all frequencies aliased onto f that the spectrum holds, sum over n of w_n exp(2j pi (f_m - f) offsets[n] / velocity) =
+/// N [m = 0]. In the notation of generalised sampling w_n = N c_n(f) exp(2j pi f offsets[n] / velocity) [methods, 5; Zhou2022, eq. 1]:
+/// evenly spaced channels have w_n = 1. yen: as many bands as channels, centred on the centroid. mmse: w = N (V^H S V + noise)^-1 V_0^H, S
+/// the assumed spectrum at the f_m.
+///
+/// Throws ValueError, ShapeError, NumericalError (channels that sample the same places, a condition number above the limit).
+[[nodiscard]] SARFOCUS_API ChannelWeights channel_weights(const std::vector<double>& offsets, double prf, double velocity,
+                                                          const BandOptions& options = {});
+
+/// Coefficients of the interpolation to even spacing [Zhou2022, eq. 1 and 16]: signal at time (k + (i - (N - 1) / 2) / N) / prf = sum over
+/// l, |l| <= half_width, and n of psi(i, l + half_width, n) times sample k + l of channel n, taken at (k + l) / prf + offsets[n] /
+/// velocity. yen: [Yen1956] cut off at half_width, its error falls off as slowly as 1 / half_width; mmse: least squares with the samples
+/// there are. psi: [n_channel, 2 half_width + 1, n_channel]. Throws as `channel_weights` does.
+[[nodiscard]] SARFOCUS_API Array<cdouble, 3> interpolation_coefficients(const std::vector<double>& offsets, double prf, double velocity,
+                                                                        std::ptrdiff_t half_width, const BandOptions& options = {});
+
+}  // namespace sarfocus::hrws

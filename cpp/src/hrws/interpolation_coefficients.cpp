@@ -1,0 +1,122 @@
+#include <cmath>
+#include <string>
+
+#include <Eigen/Cholesky>
+
+#include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/error.hpp>
+#include <sarfocus/hrws/weights.hpp>
+
+#include "band_equations.hpp"
+
+namespace sarfocus::hrws {
+namespace {
+
+using Index = Eigen::Index;
+using detail::Matrix;
+using detail::Vector;
+
+double sinc(double x) {
+    return x == 0.0 ? 1.0 : std::sin(pi * x) / (pi * x);
+}
+
+// Times of an evenly spaced sample and of the samples about it, in pulses.
+struct Times {
+    std::vector<double> channel;  // [n_channel]
+    std::ptrdiff_t half_width;
+
+    [[nodiscard]] double even(std::ptrdiff_t i) const {
+        const auto n = static_cast<double>(channel.size());
+        return (static_cast<double>(i) - 0.5 * (n - 1.0)) / n;
+    }
+};
+
+// [Yen1956] of the coefficients of sample l of channel n at time t, real for a band about zero.
+double yen(const Times& times, double t, std::ptrdiff_t l, std::size_t n) {
+    double product = sinc(t - times.channel[n] - static_cast<double>(l));
+    for (std::size_t m = 0; m < times.channel.size(); ++m)
+        if (m != n) product *= std::sin(pi * (t - times.channel[m])) / std::sin(pi * (times.channel[n] - times.channel[m]));
+    const bool odd = l % 2 != 0 && times.channel.size() % 2 == 0;
+    return odd ? -product : product;
+}
+
+// Autocorrelation of the assumed spectrum about zero; lags in pulses.
+class Autocorrelation {
+public:
+    Autocorrelation(const BandOptions& options, std::ptrdiff_t n_channel, double prf) {
+        const double half = 0.5 * options.bandwidth(n_channel, prf) + options.fall(n_channel, prf);
+        for (int i = 0; i < nodes; ++i) {
+            const double f = (2.0 * (i + 0.5) / nodes - 1.0) * half;
+            frequency_.push_back(f / prf);
+            level_.push_back(options.spectrum(f, n_channel, prf));
+            total_ += level_.back();
+        }
+        bands_ = total_ * 2.0 * half / nodes / prf;
+    }
+
+    [[nodiscard]] double at(double lag) const {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < level_.size(); ++i) sum += level_[i] * std::cos(two_pi * frequency_[i] * lag);
+        return sum / total_;
+    }
+
+    /// The bandwidth in units of the prf.
+    [[nodiscard]] double bands() const { return bands_; }
+
+private:
+    static constexpr int nodes = 4096;
+    std::vector<double> frequency_;
+    std::vector<double> level_;
+    double total_ = 0.0;
+    double bands_ = 0.0;
+};
+
+void least_squares(const Times& times, const Autocorrelation& correlation, double noise, Array<cdouble, 3>& psi) {
+    const auto n = static_cast<std::ptrdiff_t>(times.channel.size());
+    const std::ptrdiff_t width = 2 * times.half_width + 1;
+    const auto at = [&](std::ptrdiff_t j) {
+        return times.channel[static_cast<std::size_t>(j % n)] + static_cast<double>(j / n - times.half_width);
+    };
+    Eigen::MatrixXd normal(width * n, width * n);
+    for (std::ptrdiff_t a = 0; a < width * n; ++a)
+        for (std::ptrdiff_t b = 0; b <= a; ++b) normal(a, b) = normal(b, a) = correlation.at(at(a) - at(b));
+    normal.diagonal().array() += noise / correlation.bands();
+    const Eigen::LDLT<Eigen::MatrixXd> factors(normal);
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+        Eigen::VectorXd right(width * n);
+        for (std::ptrdiff_t a = 0; a < width * n; ++a) right(a) = correlation.at(times.even(i) - at(a));
+        const Eigen::VectorXd values = factors.solve(right);
+        for (std::ptrdiff_t a = 0; a < width * n; ++a) psi(i, a / n, a % n) = values(a);
+    }
+}
+
+}  // namespace
+
+Array<cdouble, 3> interpolation_coefficients(const std::vector<double>& offsets, double prf, double velocity, std::ptrdiff_t half_width,
+                                             const BandOptions& options) {
+    (void)channel_weights(offsets, prf, velocity, options);  // for the checks
+    if (half_width < 1 || half_width > 64) throw ValueError("half_width", "1 to 64 pulses", std::to_string(half_width));
+    const auto n = static_cast<std::ptrdiff_t>(offsets.size());
+    Times times{{}, half_width};
+    for (const double offset : offsets) times.channel.push_back(offset * prf / velocity);
+
+    Array<cdouble, 3> psi({n, 2 * half_width + 1, n});
+    if (options.interpolation == Interpolation::mmse)
+        least_squares(times, Autocorrelation(options, n, prf), options.noise, psi);
+    else
+        for (std::ptrdiff_t i = 0; i < n; ++i)
+            for (std::ptrdiff_t l = -half_width; l <= half_width; ++l)
+                for (std::ptrdiff_t c = 0; c < n; ++c)
+                    psi(i, l + half_width, c) = yen(times, times.even(i), l, static_cast<std::size_t>(c));
+    // A band about the centroid: the samples turned to zero and back.
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+        for (std::ptrdiff_t l = -half_width; l <= half_width; ++l)
+            for (std::ptrdiff_t c = 0; c < n; ++c) {
+                const double lag = times.even(i) - times.channel[static_cast<std::size_t>(c)] - static_cast<double>(l);
+                psi(i, l + half_width, c) *= std::polar(1.0, two_pi * options.doppler_centroid / prf * lag);
+            }
+    return psi;
+}
+
+}  // namespace sarfocus::hrws
