@@ -42,8 +42,8 @@ std::unique_ptr<PythonEcho> make_echo(const py::object& data, const py::object& 
     return echo;
 }
 
-hrws::BandOptions band_of(const std::string& interpolation, double doppler_bandwidth, double doppler_centroid,
-                          std::optional<double> transition, double noise, double condition_limit) {
+hrws::BandOptions band_of(const std::string& interpolation, double doppler_bandwidth, double doppler_centroid, std::optional<double> margin,
+                          double noise, double condition_limit) {
     hrws::BandOptions band;
     if (interpolation == "yen")
         band.interpolation = hrws::Interpolation::yen;
@@ -51,14 +51,14 @@ hrws::BandOptions band_of(const std::string& interpolation, double doppler_bandw
         throw ValueError("interpolation", R"("mmse" or "yen")", "\"" + interpolation + "\"");
     band.doppler_bandwidth = doppler_bandwidth;
     band.doppler_centroid = doppler_centroid;
-    band.transition = transition.value_or(std::numeric_limits<double>::quiet_NaN());
+    band.margin = margin.value_or(std::numeric_limits<double>::quiet_NaN());
     band.noise = noise;
     band.condition_limit = condition_limit;
     return band;
 }
 
 py::array reconstruct(const PythonEcho& echo, const geometry::ImageGrid& grid, const py::object& motion, const std::string& reconstruction,
-                      const std::string& interpolation, double doppler_bandwidth, double doppler_centroid, std::optional<double> transition,
+                      const std::string& interpolation, double doppler_bandwidth, double doppler_centroid, std::optional<double> margin,
                       double noise, double condition_limit, std::ptrdiff_t half_width, const py::object& out, int threads,
                       const py::object& progress) {
     const auto displacement = motion_of(motion);
@@ -67,7 +67,7 @@ py::array reconstruct(const PythonEcho& echo, const geometry::ImageGrid& grid, c
         options.reconstruction = hrws::Reconstruction::sub_image;
     else if (reconstruction != "folded")
         throw ValueError("reconstruction", R"("folded" or "sub_image")", "\"" + reconstruction + "\"");
-    options.band = band_of(interpolation, doppler_bandwidth, doppler_centroid, transition, noise, condition_limit);
+    options.band = band_of(interpolation, doppler_bandwidth, doppler_centroid, margin, noise, condition_limit);
     options.half_width = half_width;
     options.execution = execution(threads, progress);
     const auto image = output<cfloat, 2>(out, grid.shape(), &echo.data.owner);
@@ -80,8 +80,8 @@ py::array reconstruct(const PythonEcho& echo, const geometry::ImageGrid& grid, c
 }
 
 ChannelWeights channel_weights(const PythonEcho& echo, const std::string& interpolation, double doppler_bandwidth, double doppler_centroid,
-                               std::optional<double> transition, double noise, double condition_limit) {
-    const auto band = band_of(interpolation, doppler_bandwidth, doppler_centroid, transition, noise, condition_limit);
+                               std::optional<double> margin, double noise, double condition_limit) {
+    const auto band = band_of(interpolation, doppler_bandwidth, doppler_centroid, margin, noise, condition_limit);
     const hrws::Echo view = echo.view();
     const py::gil_scoped_release release;
     return hrws::channel_weights(hrws::sampling(view).offsets, view.prf, view.velocity, band);
@@ -169,13 +169,13 @@ void bind_weights(py::module_& m) {
         .def_readonly("noise_amplification", &ChannelWeights::noise_amplification,
                       "power of white noise in the image over that with evenly spaced channels, mean over the band");
     m.def("channel_weights", &channel_weights, py::arg("echo"), py::kw_only(), py::arg("interpolation") = "mmse",
-          py::arg("doppler_bandwidth") = 0.0, py::arg("doppler_centroid") = 0.0, py::arg("transition") = py::none(),
-          py::arg("noise") = 1e-3, py::arg("condition_limit") = 1e3, R"(The weights of `reconstruct` and how well conditioned they are.
+          py::arg("doppler_bandwidth") = 0.0, py::arg("doppler_centroid") = 0.0, py::arg("margin") = py::none(), py::arg("noise") = 1e-3,
+          py::arg("condition_limit") = 1e3, R"(The weights of `reconstruct` and how well conditioned they are.
 
 Parameters
 ----------
 echo : Echo
-interpolation, doppler_bandwidth, doppler_centroid, transition, noise, condition_limit
+interpolation, doppler_bandwidth, doppler_centroid, margin, noise, condition_limit
     As for `reconstruct`.
 
 Returns
@@ -190,7 +190,7 @@ ValueError, NumericalError)");
 void bind_reconstruct(py::module_& m) {
     m.def("reconstruct", &reconstruct, py::arg("echo"), py::arg("grid"), py::arg("motion") = py::none(), py::kw_only(),
           py::arg("reconstruction") = "folded", py::arg("interpolation") = "mmse", py::arg("doppler_bandwidth") = 0.0,
-          py::arg("doppler_centroid") = 0.0, py::arg("transition") = py::none(), py::arg("noise") = 1e-3, py::arg("condition_limit") = 1e3,
+          py::arg("doppler_centroid") = 0.0, py::arg("margin") = py::none(), py::arg("noise") = 1e-3, py::arg("condition_limit") = 1e3,
           py::arg("half_width") = 8, py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
           R"(Image without azimuth ambiguities from channels whose pulse rate alone is too low for their Doppler bandwidth.
 
@@ -205,14 +205,15 @@ reconstruction : {"folded", "sub_image"}
     folded: backprojection of every channel, its terms weighted by the local Doppler frequency of pixel and pulse. sub_image: the sub-images
     of Zhou et al. 2022 term by term, some fifty to a hundred times as slow.
 interpolation : {"mmse", "yen"}
-    mmse: weights of least mean square error for a spectrum flat over the Doppler bandwidth, in white noise. yen: generalised sampling, exact
+    mmse: weights of least mean square error for a spectrum flat over that band, in white noise. yen: generalised sampling, exact
     for any signal within n_channel * prf but of more noise, and cut off at `half_width` as sub_image.
 doppler_bandwidth : float
-    Hz, processed, at most n_channel * prf; 0: that. State it: the narrower the band, the fewer the ambiguities that need suppressing.
+    Hz, of the signal, at most n_channel * prf; 0: that. State it: the narrower the band, the fewer the ambiguities to suppress.
 doppler_centroid : float
     Hz.
-transition : float, optional
-    Hz, over which the spectrum assumed by mmse falls to zero beyond the bandwidth; a tenth of the bandwidth where None.
+margin : float, optional
+    Hz beyond either end of the bandwidth, over which ambiguities are suppressed and the image is processed too; about the square root of the
+    Doppler rate 2 velocity**2 / (wavelength R). None: 4 % of the bandwidth.
 noise : float
     mmse: power of the noise over that of the signal, in a band of one prf.
 condition_limit : float

@@ -60,14 +60,15 @@ def hrws(
     transmitter : int
         Index of the channel that also transmits.
     model : {"bistatic", "equivalent"}
-        Ranges: of both legs, or from midway between the antennas. The first are longer by baseline**2 / (8 R); the baselines that account for
-        it are part of the echo returned.
+        Ranges: of both legs, or from midway between the antennas. The first are longer by baseline**2 / (8 R); the baselines that account
+        for it are part of the echo returned.
     motion : array_like [n_pulse, 3], optional
         Motion error, m: displaces all antennas.
     imbalance : array_like [n_channel], complex, optional
         Factor of every channel.
     doppler_bandwidth : float, optional
-        Hz: a scatterer is illuminated by the pulses at which its Doppler frequency is within half of it from the centroid; by all where None.
+        Hz: a scatterer is illuminated by the pulses at which its Doppler frequency is within half of it from the centroid; by all where
+        None.
     doppler_centroid : float
         Hz.
     noise_power : float

@@ -67,7 +67,13 @@ def sub_image(
 
 
 def visible(
-    positions: NDArray[np.float64], middle: NDArray[np.float64], target: NDArray[np.float64], prf: float, wavelength: float, bandwidth: float
+    positions: NDArray[np.float64],
+    middle: NDArray[np.float64],
+    target: NDArray[np.float64],
+    *,
+    prf: float,
+    wavelength: float,
+    bandwidth: float,
 ) -> NDArray[np.bool_]:
     """Pulses whose platform, moved to the middle of the channels, sees the target within half the bandwidth of zero Doppler."""
     velocity = np.gradient(positions, axis=0) * prf

@@ -205,10 +205,14 @@ void backproject_weighted(const RangeProfiles& profiles, const PhaseCentres& cen
                           MutableImageView image, const BackprojectOptions& options) {
     weights.validate();
     std::vector<cfloat> entries(weights.table.size() + 2);
-    std::copy(weights.table.begin(), weights.table.end(), entries.begin() + 1);
+    for (std::size_t k = 0; k < weights.table.size(); ++k) entries[k + 1] = weights.table[k];
     const auto n = static_cast<std::int32_t>(weights.table.size());
+    std::vector<std::int32_t> run_end(entries.size());
+    for (std::size_t k = entries.size(); k-- > 0;)
+        run_end[k] = k + 1 < entries.size() && entries[k + 1] == entries[k] ? run_end[k + 1] : static_cast<std::int32_t>(k);
     const AspectTable aspect{
         reinterpret_cast<const float*>(entries.data()),
+        run_end.data(),
         n,
         {static_cast<float>(weights.axis[0]), static_cast<float>(weights.axis[1]), static_cast<float>(weights.axis[2])},
         static_cast<float>(weights.sine_start),

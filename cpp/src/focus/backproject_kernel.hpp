@@ -31,6 +31,7 @@ struct PixelBlock {
 /// n_entry + 1 are zero and catch the rest.
 struct AspectTable {
     const float* entries;
+    const std::int32_t* run_end;  ///< [n_entry + 2], the last of the equal entries that follow one another from this one on
     std::int32_t n_entry;
     float axis[3];
     float start;

@@ -69,9 +69,14 @@ inline __attribute__((always_inline)) void gather_pixels(const PulseTable& pulse
     }
 }
 
-// The entry of every pixel's direction; false where all lie outside the table.
+// The entry of every pixel's direction, and the lowest and highest of them.
+struct EntryRange {
+    std::int32_t lowest;
+    std::int32_t highest;
+};
+
 template <bool monostatic>
-inline __attribute__((always_inline)) bool locate_aspect(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect,
+inline __attribute__((always_inline)) EntryRange locate_aspect(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect,
                                                          std::int32_t* __restrict entry) {
     const double tx = monostatic ? pulse.tx[0] : 0.5 * (pulse.tx[0] + pulse.rx[0]);
     const double ty = monostatic ? pulse.tx[1] : 0.5 * (pulse.tx[1] + pulse.rx[1]);
@@ -98,23 +103,23 @@ inline __attribute__((always_inline)) bool locate_aspect(const PulseTable& pulse
         lowest = k < lowest ? k : lowest;
         highest = k > highest ? k : highest;
     }
-    return highest > 0 && lowest <= aspect.n_entry;
+    return {lowest, highest};
 }
 
-template <bool monostatic>
-inline __attribute__((always_inline)) void gather_weighted_pixels(const PulseTable& pulse, const PixelBlock& pixels,
-                                                                  const AspectTable& aspect, double cycles_per_metre, float* __restrict re,
-                                                                  float* __restrict im) {
-    alignas(64) std::int32_t entry[capacity];
-    if (!locate_aspect<monostatic>(pulse, pixels, aspect, entry)) return;
+// `uniform`: one factor for all pixels of the block.
+template <bool monostatic, bool uniform>
+inline __attribute__((always_inline)) void add_weighted(const PulseTable& pulse, const PixelBlock& pixels, const float* __restrict weight,
+                                                        const std::int32_t* __restrict entry, double cycles_per_metre,
+                                                        float* __restrict re, float* __restrict im) {
     alignas(64) std::int32_t bin[capacity];
     alignas(64) float offset[capacity];
     alignas(64) float cosine[capacity];
     alignas(64) float sine[capacity];
     locate_pixels<monostatic>(pulse, pixels, cycles_per_metre, bin, offset, cosine, sine);
     const float* __restrict table = pulse.bins;
-    const float* __restrict weight = aspect.entries;
     const std::ptrdiff_t n = pixels.count;
+    const float first_re = weight[2 * entry[0]];
+    const float first_im = weight[2 * entry[0] + 1];
 #pragma omp simd
     for (std::ptrdiff_t i = 0; i < n; ++i) {
         const std::int32_t b = 8 * bin[i];
@@ -123,11 +128,24 @@ inline __attribute__((always_inline)) void gather_weighted_pixels(const PulseTab
         const float si = table[b + 1] + x * (table[b + 3] + x * (table[b + 5] + x * table[b + 7]));
         const float tr = sr * cosine[i] - si * sine[i];
         const float ti = sr * sine[i] + si * cosine[i];
-        const float wr = weight[2 * entry[i]];
-        const float wi = weight[2 * entry[i] + 1];
+        const float wr = uniform ? first_re : weight[2 * entry[i]];
+        const float wi = uniform ? first_im : weight[2 * entry[i] + 1];
         re[i] += tr * wr - ti * wi;
         im[i] += tr * wi + ti * wr;
     }
+}
+
+template <bool monostatic>
+inline __attribute__((always_inline)) void gather_weighted_pixels(const PulseTable& pulse, const PixelBlock& pixels,
+                                                                  const AspectTable& aspect, double cycles_per_metre, float* __restrict re,
+                                                                  float* __restrict im) {
+    alignas(64) std::int32_t entry[capacity];
+    const EntryRange range = locate_aspect<monostatic>(pulse, pixels, aspect, entry);
+    if (range.highest == 0 || range.lowest > aspect.n_entry) return;
+    if (aspect.run_end[range.lowest] >= range.highest)
+        add_weighted<monostatic, true>(pulse, pixels, aspect.entries, entry, cycles_per_metre, re, im);
+    else
+        add_weighted<monostatic, false>(pulse, pixels, aspect.entries, entry, cycles_per_metre, re, im);
 }
 
 void gather(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, float* re, float* im) {

@@ -41,38 +41,8 @@ double yen(const Times& times, double t, std::ptrdiff_t l, std::size_t n) {
     return odd ? -product : product;
 }
 
-// Autocorrelation of the assumed spectrum about zero; lags in pulses.
-class Autocorrelation {
-public:
-    Autocorrelation(const BandOptions& options, std::ptrdiff_t n_channel, double prf) {
-        const double half = 0.5 * options.bandwidth(n_channel, prf) + options.fall(n_channel, prf);
-        for (int i = 0; i < nodes; ++i) {
-            const double f = (2.0 * (i + 0.5) / nodes - 1.0) * half;
-            frequency_.push_back(f / prf);
-            level_.push_back(options.spectrum(f, n_channel, prf));
-            total_ += level_.back();
-        }
-        bands_ = total_ * 2.0 * half / nodes / prf;
-    }
-
-    [[nodiscard]] double at(double lag) const {
-        double sum = 0.0;
-        for (std::size_t i = 0; i < level_.size(); ++i) sum += level_[i] * std::cos(two_pi * frequency_[i] * lag);
-        return sum / total_;
-    }
-
-    /// The bandwidth in units of the prf.
-    [[nodiscard]] double bands() const { return bands_; }
-
-private:
-    static constexpr int nodes = 4096;
-    std::vector<double> frequency_;
-    std::vector<double> level_;
-    double total_ = 0.0;
-    double bands_ = 0.0;
-};
-
-void least_squares(const Times& times, const Autocorrelation& correlation, double noise, Array<cdouble, 3>& psi) {
+// Of a flat spectrum of `bands` prf about zero, whose autocorrelation is a sinc.
+void least_squares(const Times& times, double bands, double noise, Array<cdouble, 3>& psi) {
     const auto n = static_cast<std::ptrdiff_t>(times.channel.size());
     const std::ptrdiff_t width = 2 * times.half_width + 1;
     const auto at = [&](std::ptrdiff_t j) {
@@ -80,12 +50,12 @@ void least_squares(const Times& times, const Autocorrelation& correlation, doubl
     };
     Eigen::MatrixXd normal(width * n, width * n);
     for (std::ptrdiff_t a = 0; a < width * n; ++a)
-        for (std::ptrdiff_t b = 0; b <= a; ++b) normal(a, b) = normal(b, a) = correlation.at(at(a) - at(b));
-    normal.diagonal().array() += noise / correlation.bands();
+        for (std::ptrdiff_t b = 0; b <= a; ++b) normal(a, b) = normal(b, a) = sinc(bands * (at(a) - at(b)));
+    normal.diagonal().array() += noise / bands;
     const Eigen::LDLT<Eigen::MatrixXd> factors(normal);
     for (std::ptrdiff_t i = 0; i < n; ++i) {
         Eigen::VectorXd right(width * n);
-        for (std::ptrdiff_t a = 0; a < width * n; ++a) right(a) = correlation.at(times.even(i) - at(a));
+        for (std::ptrdiff_t a = 0; a < width * n; ++a) right(a) = sinc(bands * (times.even(i) - at(a)));
         const Eigen::VectorXd values = factors.solve(right);
         for (std::ptrdiff_t a = 0; a < width * n; ++a) psi(i, a / n, a % n) = values(a);
     }
@@ -103,7 +73,7 @@ Array<cdouble, 3> interpolation_coefficients(const std::vector<double>& offsets,
 
     Array<cdouble, 3> psi({n, 2 * half_width + 1, n});
     if (options.interpolation == Interpolation::mmse)
-        least_squares(times, Autocorrelation(options, n, prf), options.noise, psi);
+        least_squares(times, options.processed(n, prf) / prf, options.noise, psi);
     else
         for (std::ptrdiff_t i = 0; i < n; ++i)
             for (std::ptrdiff_t l = -half_width; l <= half_width; ++l)

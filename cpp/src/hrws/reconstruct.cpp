@@ -51,7 +51,7 @@ void reconstruct(const Echo& echo, const geometry::ImageGrid& grid, const ArrayV
     }
     if (image.extents() != grid.shape())
         throw ShapeError("image", "the shape of the grid " + shape_text(grid.shape()), shape_text(image.extents()));
-    const double highest = std::abs(options.band.doppler_centroid) + 0.5 * options.band.bandwidth(echo.n_channel(), echo.prf);
+    const double highest = std::abs(options.band.doppler_centroid) + 0.5 * options.band.processed(echo.n_channel(), echo.prf);
     if (highest > 2.0 * echo.velocity / echo.wavelength)
         throw ValueError("doppler_bandwidth",
                          "frequencies up to 2 velocity / wavelength = " + number_text(2.0 * echo.velocity / echo.wavelength),

@@ -42,7 +42,7 @@ public:
           half_width_(options.half_width),
           sampled_(sampling(echo)),
           band_centre_(options.band.doppler_centroid),
-          band_(options.band.bandwidth(n_channel_, echo.prf)) {
+          band_(options.band.processed(n_channel_, echo.prf)) {
         const auto psi = interpolation_coefficients(sampled_.offsets, echo.prf, echo.velocity, half_width_, options.band);
         for (const cdouble& value : psi) {
             psi_re_.push_back(static_cast<float>(value.real()));

@@ -19,60 +19,44 @@ using Index = Eigen::Index;
 using detail::Matrix;
 using detail::Vector;
 
-constexpr double negligible = 1e-12;  // of the assumed spectrum
-
-// The bands aliased onto one frequency: their equations, the spectrum assumed in each, and which of them is wanted.
+// The bands aliased onto one frequency, [n_band, n_channel], of modulus 1, and which of them is wanted.
 struct Bands {
-    Matrix equations;           // [n_band, n_channel], of modulus 1
-    std::vector<double> level;  // assumed spectrum
+    Matrix equations;
     Index wanted = 0;
 };
 
-Bands bands_at(double f, const std::vector<double>& offsets, double prf, double velocity, const BandOptions& options) {
-    const auto n = static_cast<std::ptrdiff_t>(offsets.size());
+Bands bands_at(double f, double width, const std::vector<double>& offsets, double prf, double velocity) {
+    const int n = static_cast<int>(offsets.size());
     std::vector<int> multiples;
     Bands out;
-    for (int m = -static_cast<int>(n); m <= static_cast<int>(n); ++m) {
-        const double shifted = f + m * prf;
-        const double level =
-            options.interpolation == Interpolation::yen
-                ? (shifted >= -0.5 * static_cast<double>(n) * prf && shifted < 0.5 * static_cast<double>(n) * prf ? 1.0 : 0.0)
-                : options.spectrum(shifted, n, prf);
-        if (level < negligible) continue;
+    for (int m = -n; m <= n; ++m) {
+        if (!(f + m * prf >= -0.5 * width && f + m * prf < 0.5 * width)) continue;
         if (m == 0) out.wanted = static_cast<Index>(multiples.size());
         multiples.push_back(m);
-        out.level.push_back(level);
     }
-    out.equations.resize(static_cast<Index>(multiples.size()), static_cast<Index>(n));
-    for (std::size_t row = 0; row < multiples.size(); ++row)
-        for (std::size_t c = 0; c < offsets.size(); ++c)
-            out.equations(static_cast<Index>(row), static_cast<Index>(c)) =
-                std::polar(1.0, two_pi * multiples[row] * prf * offsets[c] / velocity);
+    out.equations.resize(static_cast<Index>(multiples.size()), n);
+    for (Index row = 0; row < out.equations.rows(); ++row)
+        for (Index c = 0; c < n; ++c)
+            out.equations(row, c) =
+                std::polar(1.0, two_pi * multiples[static_cast<std::size_t>(row)] * prf * offsets[static_cast<std::size_t>(c)] / velocity);
     return out;
 }
 
-// Of the equations of the bands within the bandwidth.
 double condition(const Bands& bands) {
-    std::vector<Index> rows;
-    for (std::size_t i = 0; i < bands.level.size(); ++i)
-        if (bands.level[i] >= 0.5) rows.push_back(static_cast<Index>(i));
-    const Matrix within = bands.equations(rows, Eigen::all);
-    const Eigen::VectorXd values = within.jacobiSvd().singularValues();
+    const Eigen::VectorXd values = bands.equations.jacobiSvd().singularValues();
     return values(0) / values(values.size() - 1);
 }
 
 Vector solve(const Bands& bands, const BandOptions& options) {
-    const Index n = bands.equations.cols();
+    const auto n = static_cast<double>(bands.equations.cols());
     if (options.interpolation == Interpolation::yen) {
         Vector right = Vector::Zero(bands.equations.rows());
-        right(bands.wanted) = static_cast<double>(n);
+        right(bands.wanted) = n;
         return bands.equations.fullPivLu().solve(right);
     }
-    Matrix normal = Matrix::Identity(n, n) * options.noise;
-    for (Index row = 0; row < bands.equations.rows(); ++row)
-        normal += bands.level[static_cast<std::size_t>(row)] * bands.equations.row(row).adjoint() * bands.equations.row(row);
-    const double level = bands.level[static_cast<std::size_t>(bands.wanted)];
-    const Vector right = static_cast<double>(n) * level * bands.equations.row(bands.wanted).adjoint();
+    Matrix normal = bands.equations.adjoint() * bands.equations;
+    normal.diagonal().array() += options.noise;
+    const Vector right = n * bands.equations.row(bands.wanted).adjoint();
     return normal.ldlt().solve(right);
 }
 
@@ -107,30 +91,17 @@ void BandOptions::validate(std::ptrdiff_t n_channel, double prf) const {
     if (!(doppler_bandwidth >= 0.0 && doppler_bandwidth <= most * (1.0 + 1e-9)))
         throw ValueError("doppler_bandwidth", "0 to the prf of all channels, " + number_text(most) + " Hz", number_text(doppler_bandwidth));
     require_finite_value(doppler_centroid, "doppler_centroid");
-    if (transition < 0.0 || transition > most - bandwidth(n_channel, prf))
-        throw ValueError("transition", "0 to " + number_text(most - bandwidth(n_channel, prf)) + " Hz", number_text(transition));
+    const double left = 0.5 * (most - (doppler_bandwidth == 0.0 ? most : std::min(doppler_bandwidth, most)));
+    if (margin < 0.0 || margin > left) throw ValueError("margin", "0 to " + number_text(left) + " Hz", number_text(margin));
     if (!(noise > 0.0 && std::isfinite(noise))) throw ValueError("noise", "a finite ratio > 0", number_text(noise));
     if (!(condition_limit >= 1.0)) throw ValueError("condition_limit", "a number >= 1", number_text(condition_limit));
     if (n_frequency < 8 || n_frequency > 1 << 20) throw ValueError("n_frequency", "8 to 1048576", std::to_string(n_frequency));
 }
 
-double BandOptions::bandwidth(std::ptrdiff_t n_channel, double prf) const {
+double BandOptions::processed(std::ptrdiff_t n_channel, double prf) const {
     const double most = static_cast<double>(n_channel) * prf;
-    return doppler_bandwidth == 0.0 ? most : std::min(doppler_bandwidth, most);
-}
-
-double BandOptions::fall(std::ptrdiff_t n_channel, double prf) const {
-    const double band = bandwidth(n_channel, prf);
-    return std::isnan(transition) ? std::min(0.1 * band, static_cast<double>(n_channel) * prf - band) : transition;
-}
-
-double BandOptions::spectrum(double f, std::ptrdiff_t n_channel, double prf) const {
-    const double beyond = std::abs(f) - 0.5 * bandwidth(n_channel, prf);
-    if (beyond <= 0.0) return 1.0;
-    const double width = fall(n_channel, prf);
-    if (beyond >= width) return 0.0;
-    const double root = std::cos(0.5 * pi * beyond / width);
-    return root * root;
+    const double band = doppler_bandwidth == 0.0 ? most : doppler_bandwidth;
+    return std::min(most, band + 2.0 * (std::isnan(margin) ? 0.04 * band : margin));
 }
 
 ChannelWeights channel_weights(const std::vector<double>& offsets, double prf, double velocity, const BandOptions& options) {
@@ -139,14 +110,15 @@ ChannelWeights channel_weights(const std::vector<double>& offsets, double prf, d
     require_positive(velocity, "velocity");
     options.validate(n, prf);
 
-    const double band = options.bandwidth(n, prf);
+    const double band = options.processed(n, prf);
     ChannelWeights out;
     out.frequency_step = band / static_cast<double>(options.n_frequency);
     out.frequency_start = options.doppler_centroid - 0.5 * band;
+    const double width = options.interpolation == Interpolation::yen ? static_cast<double>(n) * prf : band;
     out.weights = Array<cdouble, 2>({options.n_frequency, n});
     for (std::ptrdiff_t i = 0; i < options.n_frequency; ++i) {
         const double f = (static_cast<double>(i) + 0.5) * out.frequency_step - 0.5 * band;
-        const Bands bands = bands_at(f, offsets, prf, velocity, options);
+        const Bands bands = bands_at(f, width, offsets, prf, velocity);
         out.condition_number = std::max(out.condition_number, condition(bands));
         const Vector w = solve(bands, options);
         for (std::ptrdiff_t c = 0; c < n; ++c) out.weights(i, c) = w(static_cast<Index>(c));

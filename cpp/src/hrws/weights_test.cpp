@@ -41,7 +41,7 @@ TEST(ChannelWeights, SuppressEveryBandThatIsThere) {
             options.doppler_bandwidth = 1900.0;
             options.doppler_centroid = centroid;
             options.noise = 1e-9;
-            options.transition = 0.0;
+            options.margin = 0.0;
             const ChannelWeights found = channel_weights(paper, prf, velocity, options);
             for (std::ptrdiff_t i = 0; i < found.weights.extent(0); ++i) {
                 const double f = found.frequency_start + (static_cast<double>(i) + 0.5) * found.frequency_step;
@@ -68,7 +68,7 @@ TEST(ChannelWeights, RefuseChannelsThatCoincideAndName) {
     // Two of four may coincide where three bands are all there is.
     BandOptions narrow;
     narrow.doppler_bandwidth = 2.0 * prf;
-    narrow.transition = 0.0;
+    narrow.margin = 0.0;
     EXPECT_NO_THROW((void)channel_weights({0.0, 0.5, step + 0.5, 1.5}, prf, velocity, narrow));
 }
 
@@ -80,7 +80,7 @@ TEST(ChannelWeights, RefuseWhatMakesNoSense) {
     options.noise = 0.0;
     EXPECT_THROW((void)channel_weights(paper, prf, velocity, options), ValueError);
     options = {};
-    options.transition = 10.0;  // the whole band is taken
+    options.margin = 10.0;  // the whole band is taken
     EXPECT_THROW((void)channel_weights(paper, prf, velocity, options), ValueError);
     EXPECT_THROW((void)channel_weights({}, prf, velocity), ShapeError);
     EXPECT_THROW((void)channel_weights(paper, prf, std::numeric_limits<double>::quiet_NaN()), ValueError);

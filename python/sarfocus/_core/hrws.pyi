@@ -64,7 +64,7 @@ def channel_weights(
     interpolation: Literal["mmse", "yen"] = "mmse",
     doppler_bandwidth: float = 0.0,
     doppler_centroid: float = 0.0,
-    transition: float | None = None,
+    margin: float | None = None,
     noise: float = 0.001,
     condition_limit: float = 1000.0,
 ) -> ChannelWeights: ...
@@ -77,7 +77,7 @@ def reconstruct(
     interpolation: Literal["mmse", "yen"] = "mmse",
     doppler_bandwidth: float = 0.0,
     doppler_centroid: float = 0.0,
-    transition: float | None = None,
+    margin: float | None = None,
     noise: float = 0.001,
     condition_limit: float = 1000.0,
     half_width: int = 8,

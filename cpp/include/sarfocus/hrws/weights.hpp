@@ -12,29 +12,26 @@ namespace sarfocus::hrws {
 
 enum class Interpolation {
     yen,  ///< generalised sampling: exact for any signal in a band of n_channel * prf
-    mmse  ///< least mean square error for a spectrum that is flat over the Doppler bandwidth, in white noise
+    mmse  ///< least mean square error for a spectrum that is flat over the processed band, in white noise
 };
 
 /// What is known of the azimuth spectrum, and how the channels are combined.
 struct BandOptions {
     Interpolation interpolation = Interpolation::mmse;
-    double doppler_bandwidth = 0.0;  ///< Hz, processed, at most n_channel * prf; 0: that
+    double doppler_bandwidth = 0.0;  ///< Hz, of the signal, at most n_channel * prf; 0: that
     double doppler_centroid = 0.0;   ///< Hz
-    /// Hz; mmse: beyond the bandwidth the assumed spectrum falls to zero over so much (a raised cosine), at most n_channel * prf -
-    /// doppler_bandwidth. Without it the weights jump where a band ends, and what is left of ambiguities rises. NaN: a tenth of the
-    /// bandwidth.
-    double transition = std::numeric_limits<double>::quiet_NaN();
+    /// Hz, at most half of what the bandwidth leaves of n_channel * prf: so far beyond either end of the bandwidth ambiguities are
+    /// suppressed and the image is processed. A pulse acts over the square root of the Doppler rate, and weights that jump closer to the
+    /// end of the signal than that leave something of its ambiguities. NaN: 4 % of the bandwidth, or what is left.
+    double margin = std::numeric_limits<double>::quiet_NaN();
     double noise = 1e-3;                ///< mmse: power of the noise over that of the signal, in a band of one prf
     double condition_limit = 1e3;       ///< NumericalError above it
-    std::ptrdiff_t n_frequency = 1024;  ///< entries of the table of weights over the bandwidth
+    std::ptrdiff_t n_frequency = 1024;  ///< entries of the table of weights over the processed band
 
     /// Throws ValueError.
     SARFOCUS_API void validate(std::ptrdiff_t n_channel, double prf) const;
-    /// Hz, with the defaults put in.
-    [[nodiscard]] SARFOCUS_API double bandwidth(std::ptrdiff_t n_channel, double prf) const;
-    [[nodiscard]] SARFOCUS_API double fall(std::ptrdiff_t n_channel, double prf) const;
-    /// The assumed spectrum at frequency f from the centroid: 1 within half the bandwidth.
-    [[nodiscard]] SARFOCUS_API double spectrum(double f, std::ptrdiff_t n_channel, double prf) const;
+    /// Hz, the bandwidth and its margins.
+    [[nodiscard]] SARFOCUS_API double processed(std::ptrdiff_t n_channel, double prf) const;
 };
 
 struct ChannelWeights {
