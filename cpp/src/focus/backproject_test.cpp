@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -114,6 +115,50 @@ std::string message_of(const Call& call) {
         return error.what();
     }
     return "nothing thrown";
+}
+
+TEST(Backproject, WeightsEveryTermByItsDirection) {
+    for (const bool bistatic : {false, true}) {
+        const Scene scene(1000.0, bistatic);
+        const ImageGrid grid = patch({5, 7});
+        // Runs of equal entries, a jump, and directions outside the table: the sines of the pass reach from -0.03 to 0.03.
+        const AspectWeights weights{{1.0, 0.0, 0.0}, -0.012, 0.016, {{0.5f, 1.0f}, {0.5f, 1.0f}, {-1.0f, 0.25f}, {2.0f, 0.0f}}};
+        Image image({5, 7});
+        for (cfloat& pixel : image) pixel = {3.0f, -1.0f};  // it is added to
+        backproject_weighted(scene.profiles(), scene.centres(), grid, weights, image.view());
+        Array<double, 2> points({35, 3});
+        for (std::ptrdiff_t i = 0; i < 5; ++i) grid.row_positions(i, points.data() + 21 * i);
+        Image terms({35, scene.n_pulse});
+        backproject_histories(scene.profiles(), scene.centres(), std::as_const(points).view(), terms.view());
+        std::ptrdiff_t outside = 0;
+        for (std::ptrdiff_t q = 0; q < 35; ++q) {
+            cdouble sum(3.0, -1.0);
+            for (std::ptrdiff_t p = 0; p < scene.n_pulse; ++p) {
+                const Vector3 sight =
+                    Vector3{points(q, 0), points(q, 1), points(q, 2)} - 0.5 * (scene.centres().tx(p) + scene.centres().rx(p));
+                const double entry = std::floor((sight[0] / norm(sight) + 0.012) / 0.007);
+                if (entry < 0.0 || entry > 3.0)
+                    ++outside;
+                else
+                    sum += cdouble(weights.table[static_cast<std::size_t>(entry)]) * cdouble(terms(q, p));
+            }
+            // Single precision of a sum of 48 terms up to 2; no direction lies within rounding of a border of two entries.
+            EXPECT_LT(std::abs(cdouble(image.data()[q]) - sum), 1e-4) << q;
+        }
+        EXPECT_GT(outside, 35);
+    }
+}
+
+TEST(Backproject, RefusesWeightsThatMakeNoSense) {
+    const Scene scene(1000.0);
+    Image image({5, 7});
+    const auto refused = [&](const AspectWeights& weights) {
+        EXPECT_THROW(backproject_weighted(scene.profiles(), scene.centres(), patch({5, 7}), weights, image.view()), ValueError);
+    };
+    refused({{2.0, 0.0, 0.0}, -0.1, 0.1, {1.0f}});
+    refused({{1.0, 0.0, 0.0}, 0.1, 0.1, {1.0f}});
+    refused({{1.0, 0.0, 0.0}, -0.1, 1.1, {1.0f}});
+    refused({{1.0, 0.0, 0.0}, -0.1, 0.1, {}});
 }
 
 TEST(Backproject, AgreesWithTheExactSum) {

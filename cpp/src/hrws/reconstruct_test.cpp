@@ -129,7 +129,7 @@ TEST(Reconstruct, RefusesWhatItCannotDo) {
     Scene scene;
     Echo echo = scene.echo();
     echo.velocity = 45.0;
-    EXPECT_NE(message_of<ValueError>(echo).find("velocity: expected that of the phase centres, 40"), std::string::npos);
+    EXPECT_NE(message_of<ValueError>(echo).find("velocity: expected that of the phase centres"), std::string::npos);
     echo = scene.echo();
     echo.phase_centres = echo.phase_centres.slice(0, 0, 2);
     EXPECT_NE(message_of<ShapeError>(echo).find("phase_centres: expected (3, 161, 3)"), std::string::npos);
