@@ -205,8 +205,8 @@ def test_motion_is_added_to_the_centres_of_all_channels():
     for way in ("folded", "sub_image"):
         options: dict[str, Any] = {"doppler_bandwidth": SIGNAL, "reconstruction": way}
         image = hrws.reconstruct(made, grid(), motion, **options)
-        # The line through the centres told is turned by 2e-5: frequencies by 0.05 Hz, of 1.15 Hz from pulse to pulse, where weights jump; the
-        # even samples of `sub_image` lie elsewhere.
+        # The line through the centres told is turned by 2e-5: frequencies by 0.05 Hz, of 1.15 Hz from pulse to pulse, where weights jump;
+        # the even samples of `sub_image` lie elsewhere.
         assert error_db(image, hrws.reconstruct(told, grid(), **options)) < (-45.0 if way == "folded" else -30.0)
         assert error_db(image, hrws.reconstruct(echo(), grid(), **options)) < -40.0
 
