@@ -17,6 +17,7 @@ void bind_method_choice(pybind11::module_ m);
 void bind_adaptive(pybind11::module_ m);
 void bind_sharpness(pybind11::module_ m);
 void bind_cross_track(pybind11::module_ m);
+void bind_trajectory(pybind11::module_ m);
 void bind_strip(pybind11::module_ m);
 void bind_hrws(pybind11::module_ m);
 

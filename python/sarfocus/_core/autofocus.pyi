@@ -208,3 +208,68 @@ def autofocus(
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> Result: ...
 def method_names(*, strip: bool) -> list[str]: ...
+
+class TrajectoryStatus(Enum):
+    converged = 0
+    max_iterations = 1
+    not_improved = 2
+
+class Trajectory:
+    @property
+    def motion(self) -> NDArray[np.float64]: ...
+    @property
+    def motion_std(self) -> NDArray[np.float64]: ...
+    @property
+    def estimate(self) -> NDArray[np.float64]: ...
+    @property
+    def points(self) -> NDArray[np.void]: ...
+    @property
+    def coherence_before(self) -> float: ...
+    @property
+    def coherence(self) -> float: ...
+    @property
+    def coherence_by_chance(self) -> float: ...
+    @property
+    def chance_std(self) -> float: ...
+    @property
+    def condition(self) -> float: ...
+    @property
+    def line_removed(self) -> bool: ...
+    @property
+    def rounds(self) -> int: ...
+    @property
+    def objective(self) -> NDArray[np.float64]: ...
+    @property
+    def timings(self) -> dict[str, float]: ...
+    @property
+    def status(self) -> TrajectoryStatus: ...
+    @property
+    def reason(self) -> str: ...
+
+def estimate_trajectory(
+    data: NDArray[np.complex64],
+    positions: ArrayLike,
+    regions: Sequence[ImageGrid],
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    unknowns: Literal["height", "cross_track", "full"] = "height",
+    knots: int | None = None,
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    start: ArrayLike | None = None,
+    search: float = 0.0,
+    rounds: int = 3,
+    iterations: int = 200,
+    tolerance: float = 1e-10,
+    do_no_harm: bool = True,
+) -> Trajectory: ...
+def sharpest_phase(
+    data: NDArray[np.complex64],
+    positions: ArrayLike,
+    region: ImageGrid,
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    iterations: int = 200,
+    tolerance: float = 1e-08,
+) -> NDArray[np.float64]: ...
