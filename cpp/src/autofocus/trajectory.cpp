@@ -296,7 +296,7 @@ private:
         for (std::size_t m = 1; m < regions_.size(); ++m) {
             std::vector<Place> places = candidates(m);
             std::vector<MotionPoint> trials = histories(m, places);
-            const std::size_t starts = turns + 2;
+            const std::size_t starts = turns + 2 + (model.free() ? 0 : 1);
             std::vector<Coefficients> found(trials.size() * starts);
             std::vector<double> value(found.size());
             parallel_for(options_.execution, "pixels", static_cast<std::int64_t>(found.size()), [&](std::int64_t job) {
@@ -307,11 +307,13 @@ private:
                 const std::size_t start = u % starts;
                 Coefficients own = start == 0 ? model.zero() : motion;
                 std::vector<cdouble> sums;
-                if (start >= 2) {
+                if (start == turns + 2) {
+                    own = model.unwrapped(points);
+                } else if (start >= 2) {
                     for (const MotionPoint* p : points) sums.push_back(model.sum(*p, own));
                     sums.back() = std::polar(std::abs(sums.front()), 2.0 * std::numbers::pi * static_cast<double>(start - 2) / turns);
                 }
-                value[u] = model.alternate(points, own, iterations, tolerance, true, sums).objective;
+                value[u] = model.alternate(points, own, iterations, tolerance, start != turns + 2, sums).objective;
                 found[u] = std::move(own);
             });
             const auto best = static_cast<std::size_t>(std::max_element(value.begin(), value.end()) - value.begin());
@@ -319,7 +321,49 @@ private:
             points_[m] = trials[best / starts];
             places_[m] = places[best / starts];
         }
+        if (model.free()) centre(model, motion);
         return motion;
+    }
+
+    // A common shift of all points and a constant are a line over the pulses, which may take free displacements beyond the search and
+    // there to the next turn of the phase; tried again with others.
+    void centre(const MotionModel& model, Coefficients& motion) {
+        constexpr int iterations = 15;
+        constexpr double tolerance = 1e-5;
+        constexpr int shifts = 6;
+        constexpr int constants = 2;
+        constexpr double gain = 1e-6;
+        for (const ImageGrid& region : regions_)
+            if (region.kind() == ImageGrid::Kind::points) return;
+        const int n = (2 * shifts + 1) * (2 * constants + 1);
+        std::vector<Coefficients> found(static_cast<std::size_t>(n), model.zero());
+        std::vector<std::vector<MotionPoint>> moved(found.size(), points_);
+        std::vector<std::vector<Place>> places(found.size(), places_);
+        std::vector<double> value(found.size());
+        const double unit = 0.25 * cell_[0] * norm(regions_[0].position(places_[0].i + 1.0, places_[0].j) - points_[0].position);
+        parallel_for(options_.execution, "pixels", n, [&](std::int64_t job) {
+            const auto u = static_cast<std::size_t>(job);
+            const double shift = unit * static_cast<double>(static_cast<int>(job) / (2 * constants + 1) - shifts);
+            const double constant = 0.25 * search_ * static_cast<double>(static_cast<int>(job) % (2 * constants + 1) - constants);
+            MotionPoints points;
+            std::vector<cdouble> sums;
+            for (std::size_t m = 0; m < regions_.size(); ++m) {
+                const MotionPoint& p = points_[m];
+                Place& place = places[u][m];
+                place.i += shift / norm(regions_[m].position(place.i + 1.0, place.j) - p.position);
+                const Vector3 sight = centres_[centres_.size() / 2] - p.position;
+                sums.push_back(model.sum(p, motion) *
+                               std::polar(1.0, model.radians_per_metre() * constant * dot(sight, axes_[0]) / norm(sight)));
+                moved[u][m].position = regions_[m].position(place.i, place.j);
+                points.push_back(&moved[u][m]);
+            }
+            value[u] = model.alternate(points, found[u], iterations, tolerance, true, sums).objective;
+        });
+        const auto best = static_cast<std::size_t>(std::max_element(value.begin(), value.end()) - value.begin());
+        if (!(value[best] > model.objective(all(), motion) * (1.0 + gain))) return;
+        motion = std::move(found[best]);
+        points_ = std::move(moved[best]);
+        places_ = std::move(places[best]);
     }
 
     [[nodiscard]] std::vector<Place> candidates(std::size_t m) const {

@@ -207,6 +207,47 @@ void MotionModel::climb_spline(const MotionPoints& points, const std::vector<cdo
     }
 }
 
+Coefficients MotionModel::unwrapped(const MotionPoints& points) const {
+    const std::size_t n = axes_.size();
+    const std::size_t knots = knot_count(n_pulse(), knots_);
+    const auto size = static_cast<Index>(knots * n + points.size());
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+    Coefficients out = zero();
+    for (std::size_t m = 0; m < points.size(); ++m) {
+        const MotionPoint& p = *points[m];
+        double phase = 0.0;
+        cdouble last{};
+        for (std::size_t k = 0; k < n_pulse(); ++k) {
+            cdouble term{};
+            for (std::size_t i = k * n_channel_; i < (k + 1) * n_channel_; ++i)
+                term += p.terms[i] * std::polar(1.0, wavenumber_ * (norm(centres_[i] - p.position) - p.range[i]));
+            if (!(std::abs(term) > 0.0)) continue;
+            phase += std::abs(last) > 0.0 ? std::arg(term * std::conj(last)) : std::arg(term);
+            last = term;
+            const Vector3 sight = centres_[k * n_channel_] - p.position;
+            const Knot at = knot_at(k, knots_);
+            std::vector<std::pair<Index, double>> row{{static_cast<Index>(knots * n + m), 1.0}};
+            for (std::size_t q = 0; q < 4; ++q)
+                for (std::size_t a = 0; a < n; ++a)
+                    row.emplace_back(static_cast<Index>((at.first + q) * n + a),
+                                     at.value[q] * wavenumber_ * dot(sight, axes_[a]) / norm(sight));
+            for (const auto& [i, x] : row) {
+                right(i) -= std::abs(term) * x * phase;
+                for (const auto& [j, y] : row) matrix(i, j) += std::abs(term) * x * y;
+            }
+        }
+    }
+    matrix.diagonal().array() += 1e-9 * matrix.diagonal().maxCoeff();
+    const Eigen::VectorXd found = matrix.ldlt().solve(right);
+    for (std::size_t k = 0; k < n_pulse(); ++k) {
+        const Knot at = knot_at(k, knots_);
+        for (std::size_t q = 0; q < 4; ++q)
+            for (std::size_t a = 0; a < n; ++a) out[k * n + a] += at.value[q] * found(static_cast<Index>((at.first + q) * n + a));
+    }
+    return out;
+}
+
 MotionModel::Alternation MotionModel::alternate(const MotionPoints& points, Coefficients& motion, int iterations, double tolerance,
                                                 bool scan, const std::vector<cdouble>& start) const {
     Alternation out;

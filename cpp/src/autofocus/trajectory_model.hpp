@@ -36,6 +36,9 @@ public:
     Alternation alternate(const MotionPoints& points, Coefficients& motion, int iterations, double tolerance, bool scan,
                           const std::vector<cdouble>& start = {}) const;
 
+    /// A smooth motion to start from, by least squares of the points' phases, unwrapped from pulse to pulse; each has a constant of its own.
+    [[nodiscard]] Coefficients unwrapped(const MotionPoints& points) const;
+
     [[nodiscard]] cdouble sum(const MotionPoint& point, const Coefficients& motion) const;
     [[nodiscard]] double objective(const MotionPoints& points, const Coefficients& motion) const;
     /// m, along the axes, for every pulse, from the residual phases.
