@@ -278,6 +278,16 @@ private:
             const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
             const double small = solver.eigenvalues()(0);
             result_.condition = small > 0.0 ? std::sqrt(solver.eigenvalues()(size - 1) / small) : std::numeric_limits<double>::infinity();
+            const double middle = solver.eigenvalues()(1);
+            if (n == 3 && !(result_.condition < worst_condition) && middle > 0.0) {
+                std::vector<Vector3> seen(2, Vector3{});
+                for (std::size_t a = 0; a < 2; ++a)
+                    for (std::size_t b = 0; b < n; ++b)
+                        seen[a] = seen[a] + solver.eigenvectors()(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(2 - a)) * axes_[b];
+                axes_ = std::move(seen);
+                dropped_ = true;
+                result_.condition = std::sqrt(solver.eigenvalues()(size - 1) / middle);
+            }
         }
         if (!(result_.condition < worst_condition))
             result_.reason = n == 1 ? "all regions see the height under one angle: a displacement can't be told from a phase of the pulse or "
@@ -359,11 +369,26 @@ private:
             }
             value[u] = model.alternate(points, found[u], iterations, tolerance, true, sums).objective;
         });
-        const auto best = static_cast<std::size_t>(std::max_element(value.begin(), value.end()) - value.begin());
-        if (!(value[best] > model.objective(all(), motion) * (1.0 + gain))) return;
-        motion = std::move(found[best]);
-        points_ = std::move(moved[best]);
-        places_ = std::move(places[best]);
+        refine(model, motion);
+        double most = model.objective(all(), motion);
+        std::vector<MotionPoint> chosen_points = points_;
+        std::vector<Place> chosen_places = places_;
+        constexpr std::size_t each = 2 * constants + 1;
+        for (std::size_t first = 0; first < value.size(); first += each) {
+            const auto begin = value.begin() + static_cast<std::ptrdiff_t>(first);
+            const auto best = static_cast<std::size_t>(std::max_element(begin, begin + each) - value.begin());
+            points_ = moved[best];
+            places_ = places[best];
+            refine(model, found[best]);
+            const double now = model.objective(all(), found[best]);
+            if (now <= most * (1.0 + gain)) continue;
+            most = now;
+            motion = found[best];
+            chosen_points = points_;
+            chosen_places = places_;
+        }
+        points_ = std::move(chosen_points);
+        places_ = std::move(chosen_places);
     }
 
     [[nodiscard]] std::vector<Place> candidates(std::size_t m) const {
@@ -527,6 +552,7 @@ private:
                           result_.coherence, bar);
         }
         result_.reason = text;
+        if (dropped_) result_.reason += "; the direction that all regions see at a right angle can't be told and was left alone";
         if (improved || !options_.do_no_harm) result_.status = converged ? TrajectoryStatus::converged : TrajectoryStatus::max_iterations;
         remove_line(model, motion);
     }
@@ -595,6 +621,7 @@ private:
     std::vector<MotionPoint> points_;
     std::vector<double> cell_;  // pixels along the first index
     double search_ = 0.0;
+    bool dropped_ = false;  // a direction that no region sees
     Coefficients std_;
     Trajectory result_;
 };

@@ -17,7 +17,7 @@ namespace sarfocus::autofocus {
 enum class TrajectoryUnknowns {
     height,       ///< along `up`
     cross_track,  ///< in the plane perpendicular to the track
-    full          ///< in space
+    full          ///< in space; a direction that no region sees (all at a right angle to it) is left alone
 };
 
 struct TrajectoryOptions {
