@@ -61,8 +61,12 @@ def test_points_off_the_middle_of_their_chips():
 def test_noise(noise_power):
     error = white(7)
     found = sarfocus.estimate_trajectory(echoes(error, noise_power=noise_power, seed=3), TRACK, REGIONS, **SCENE)
-    # Free heights of two points: what the noise makes of each pulse, and motion_std says so.
-    assert rms(found, error)[2] == pytest.approx(np.mean(found.motion_std[:, 2]) / WAVELENGTH, rel=0.5)
+    off = np.abs(without_line(found.motion - error)[:, 2]) / WAVELENGTH
+    # Free heights of two points: at 10 dB a sample one in a hundred pulses may land a turn of the phase (1.35 wavelengths) away, the
+    # others scatter as motion_std says.
+    turned = off > 0.6
+    assert turned.mean() < 0.01
+    assert np.sqrt(np.mean(off[~turned] ** 2)) == pytest.approx(np.mean(found.motion_std[:, 2]) / WAVELENGTH, rel=0.5)
 
 
 def test_coherence_agrees_with_the_oracle():

@@ -23,9 +23,7 @@ def step(terms: Complex, positions: Reals, height: Reals, points: Reals, wavelen
     """Heights that maximise Re sum_m conj(B_m) b_km exp(j psi_km) for the sums of `height`, pulse by pulse on a fine grid."""
     up = np.array([0.0, 0.0, 1.0])
     scaled = terms / np.abs(terms).sum(axis=1, keepdims=True)
-    sums = [
-        (b * np.exp(1j * phase(positions, height[:, None] * up, x, wavelength))).sum() for b, x in zip(scaled, points, strict=True)
-    ]
+    sums = [(b * np.exp(1j * phase(positions, height[:, None] * up, x, wavelength))).sum() for b, x in zip(scaled, points, strict=True)]
     trial = np.linspace(-search, search, 4001)
     value = np.zeros((trial.size, height.size))
     for b, x, total in zip(scaled, points, sums, strict=True):

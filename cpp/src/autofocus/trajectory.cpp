@@ -370,7 +370,7 @@ private:
             value[u] = model.alternate(points, found[u], iterations, tolerance, true, sums).objective;
         });
         refine(model, motion);
-        double most = model.objective(all(), motion);
+        double most = preference(model, motion);
         std::vector<MotionPoint> chosen_points = points_;
         std::vector<Place> chosen_places = places_;
         constexpr std::size_t each = 2 * constants + 1;
@@ -380,8 +380,8 @@ private:
             points_ = moved[best];
             places_ = places[best];
             refine(model, found[best]);
-            const double now = model.objective(all(), found[best]);
-            if (now <= most * (1.0 + gain)) continue;
+            const double now = preference(model, found[best]);
+            if (now <= most + gain) continue;
             most = now;
             motion = found[best];
             chosen_points = points_;
@@ -389,6 +389,16 @@ private:
         }
         points_ = std::move(chosen_points);
         places_ = std::move(chosen_places);
+    }
+
+    // Coherence, less a little for a motion that scatters more about its line: in noise a displacement and one that is a turn of the phase
+    // away are nearly as coherent.
+    [[nodiscard]] double preference(const MotionModel& model, const Coefficients& motion) const {
+        constexpr double reluctance = 0.02;
+        const Coefficients flat = without_line(motion);
+        double square = 0.0;
+        for (const double x : flat) square += x * x / static_cast<double>(n_pulse_);
+        return model.objective(all(), motion) / static_cast<double>(regions_.size()) - reluctance * square / (search_ * search_);
     }
 
     [[nodiscard]] std::vector<Place> candidates(std::size_t m) const {
@@ -557,8 +567,7 @@ private:
         remove_line(model, motion);
     }
 
-    void remove_line(const MotionModel& model, Coefficients& motion) {
-        constexpr double loss = 1e-4;
+    [[nodiscard]] Coefficients without_line(const Coefficients& motion) const {
         const std::size_t n = axes_.size();
         Coefficients flat = motion;
         const double middle = 0.5 * static_cast<double>(n_pulse_ - 1);
@@ -575,6 +584,12 @@ private:
             for (std::size_t k = 0; k < n_pulse_; ++k)
                 flat[k * n + a] -= mean + (square > 0.0 ? slope / square : 0.0) * (static_cast<double>(k) - middle);
         }
+        return flat;
+    }
+
+    void remove_line(const MotionModel& model, Coefficients& motion) {
+        constexpr double loss = 1e-4;
+        Coefficients flat = without_line(motion);
         std::vector<Vector3> at(regions_.size());
         double coherence = 0.0;
         for (std::size_t m = 0; m < regions_.size(); ++m)
