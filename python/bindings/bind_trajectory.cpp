@@ -63,8 +63,8 @@ Trajectory estimate_trajectory(const py::object& data, const py::object& positio
 }
 
 py::array_t<double> sharpest_phase(const py::object& data, const py::object& positions, const geometry::ImageGrid& region,
-                                   const py::object& range_start, double range_spacing, double wavelength, int iterations,
-                                   double tolerance, int threads, const py::object& progress) {
+                                   const py::object& range_start, double range_spacing, double wavelength, int iterations, double tolerance,
+                                   int threads, const py::object& progress) {
     const auto samples = input<cfloat, 2>(data, "data");
     const auto path = real_input<2>(positions, "positions");
     const auto first_range = range_start_of(range_start);
@@ -103,8 +103,9 @@ void bind_trajectory(py::module_ m) {
         .def_property_readonly(
             "estimate", [](const Trajectory& t) { return to_numpy(t.estimate.copy()); },
             "float64 [n_pulse, 3], m, the motion estimated, handed out or not.")
-        .def_property_readonly("points", &points_of,
-                               "structured array, one for each region: position (m), coherence_before, coherence, held_out_before, held_out.")
+        .def_property_readonly(
+            "points", &points_of,
+            "structured array, one for each region: position (m), coherence_before, coherence, held_out_before, held_out.")
         .def_readonly("coherence_before", &Trajectory::coherence_before, "Mean over the regions, without displacement.")
         .def_readonly("coherence", &Trajectory::coherence, "Mean over the regions, with the estimate.")
         .def_readonly("coherence_by_chance", &Trajectory::coherence_by_chance, "What random phases reach, on average.")

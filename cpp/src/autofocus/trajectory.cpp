@@ -91,7 +91,8 @@ public:
         Coefficients motion = choose(model);
         watch.lap("pixels");
         refine(model, motion);
-        for (result_.rounds = 1; result_.rounds < options_.rounds && farthest(model, motion) > 0.25 * profiles_.range_spacing; ++result_.rounds) {
+        for (result_.rounds = 1; result_.rounds < options_.rounds && farthest(model, motion) > 0.25 * profiles_.range_spacing;
+             ++result_.rounds) {
             for (std::size_t m = 0; m < regions_.size(); ++m) points_[m] = histories(m, {places_[m]}, &model, &motion).front();
             refine(model, motion);
         }
@@ -273,7 +274,8 @@ private:
         }
         search_ = options_.search > 0.0 ? options_.search : 0.25 * profiles_.wavelength / std::max(steepest, 1e-3);
         if (n == 1) {
-            result_.condition = most > least ? std::max(std::abs(most), std::abs(least)) / (most - least) : std::numeric_limits<double>::infinity();
+            result_.condition =
+                most > least ? std::max(std::abs(most), std::abs(least)) / (most - least) : std::numeric_limits<double>::infinity();
         } else {
             const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
             const double small = solver.eigenvalues()(0);
@@ -283,17 +285,19 @@ private:
                 std::vector<Vector3> seen(2, Vector3{});
                 for (std::size_t a = 0; a < 2; ++a)
                     for (std::size_t b = 0; b < n; ++b)
-                        seen[a] = seen[a] + solver.eigenvectors()(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(2 - a)) * axes_[b];
+                        seen[a] =
+                            seen[a] + solver.eigenvectors()(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(2 - a)) * axes_[b];
                 axes_ = std::move(seen);
                 dropped_ = true;
                 result_.condition = std::sqrt(solver.eigenvalues()(size - 1) / middle);
             }
         }
         if (!(result_.condition < worst_condition))
-            result_.reason = n == 1 ? "all regions see the height under one angle: a displacement can't be told from a phase of the pulse or "
-                                      "from a wrong pixel; choose regions at different ranges"
-                                    : "the regions lie in one direction: displacements perpendicular to it can't be told apart; choose regions "
-                                      "at different ranges";
+            result_.reason =
+                n == 1 ? "all regions see the height under one angle: a displacement can't be told from a phase of the pulse or "
+                         "from a wrong pixel; choose regions at different ranges"
+                       : "the regions lie in one direction: displacements perpendicular to it can't be told apart; choose regions "
+                         "at different ranges";
     }
 
     // One region after the other: the pixel that together with those chosen can be made most coherent.
@@ -536,7 +540,8 @@ private:
             std::vector<MotionPoint> mixed = points_;
             MotionPoints points;
             for (MotionPoint& p : mixed) {
-                for (cdouble& t : p.terms) t = std::polar(std::abs(t), 2.0 * std::numbers::pi * static_cast<double>(random() >> 11U) * 0x1p-53);
+                for (cdouble& t : p.terms)
+                    t = std::polar(std::abs(t), 2.0 * std::numbers::pi * static_cast<double>(random() >> 11U) * 0x1p-53);
                 points.push_back(&p);
             }
             Coefficients own = none;
@@ -551,7 +556,8 @@ private:
         char text[240];
         bool improved = false;
         if (!(result_.coherence > bar)) {
-            std::snprintf(text, sizeof text, "coherence %.4f of the regions is no more than random phases reach (%.4f)", result_.coherence, bar);
+            std::snprintf(text, sizeof text, "coherence %.4f of the regions is no more than random phases reach (%.4f)", result_.coherence,
+                          bar);
         } else if (!(result_.coherence > result_.coherence_before)) {
             std::snprintf(text, sizeof text, "the regions were as coherent before (%.4f)", result_.coherence_before);
         } else if (held && result_.coherence_before > 0.5 && !(held_gain > 0.0)) {
@@ -650,8 +656,9 @@ void require_arguments(const RangeProfiles& profiles, const ArrayView<const doub
                          shape_text(positions.extents()));
     if (positions.extent(1) < 8) throw ShapeError("positions", "at least 8 pulses", shape_text(positions.extents()));
     for (std::ptrdiff_t n = 0; n < positions.extent(0); ++n)
-        require_finite(ArrayView<const double, 2>(&positions(n, 0, 0), {positions.extent(1), 3}, {positions.strides()[1], positions.strides()[2]}),
-                       "positions");
+        require_finite(
+            ArrayView<const double, 2>(&positions(n, 0, 0), {positions.extent(1), 3}, {positions.strides()[1], positions.strides()[2]}),
+            "positions");
     if (regions.empty()) throw ValueError("regions", "two or more", "none");
     for (const ImageGrid& region : regions)
         if (region.size() > most_pixels)

@@ -304,8 +304,7 @@ Coefficients MotionModel::deviation(const MotionPoints& points, const Coefficien
             for (std::size_t i = k * n_channel_; i < (k + 1) * n_channel_; ++i) {
                 const Vector3 sight = centres_[i] + towards;
                 const double range = norm(sight);
-                const double angle =
-                    std::arg(std::conj(sums[m]) * p.terms[i] * std::polar(1.0, wavenumber_ * (range - p.range[i])));
+                const double angle = std::arg(std::conj(sums[m]) * p.terms[i] * std::polar(1.0, wavenumber_ * (range - p.range[i])));
                 const double w = std::abs(p.terms[i]) / mean;
                 weight += w;
                 square += w * angle * angle;

@@ -24,7 +24,8 @@ using MotionPoints = std::vector<const MotionPoint*>;
 
 class MotionModel {
 public:
-    MotionModel(std::vector<Vector3> centres, std::size_t n_channel, std::vector<Vector3> axes, double wavelength, int knots, double search);
+    MotionModel(std::vector<Vector3> centres, std::size_t n_channel, std::vector<Vector3> axes, double wavelength, int knots,
+                double search);
 
     struct Alternation {
         double objective = 0.0;
@@ -36,7 +37,8 @@ public:
     Alternation alternate(const MotionPoints& points, Coefficients& motion, int iterations, double tolerance, bool scan,
                           const std::vector<cdouble>& start = {}) const;
 
-    /// A smooth motion to start from, by least squares of the points' phases, unwrapped from pulse to pulse; each has a constant of its own.
+    /// A smooth motion to start from, by least squares of the points' phases, unwrapped from pulse to pulse; each has a constant of its
+    /// own.
     [[nodiscard]] Coefficients unwrapped(const MotionPoints& points) const;
 
     [[nodiscard]] cdouble sum(const MotionPoint& point, const Coefficients& motion) const;

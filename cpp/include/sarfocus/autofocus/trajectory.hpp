@@ -26,9 +26,9 @@ struct TrajectoryOptions {
     /// (for the height one more than needed to solve, because it is the second that tells which pixel is right).
     int knots = 0;
     Vector3 up = {0.0, 0.0, 1.0};
-    double search = 0.0;    ///< m, either side, of a free displacement; 0: half the displacement that turns the phase by a full turn
-    int rounds = 3;         ///< outer rounds: samples interpolated anew where the displacement exceeds a quarter of a range sample
-    int iterations = 200;   ///< of one alternation, at most
+    double search = 0.0;       ///< m, either side, of a free displacement; 0: half the displacement that turns the phase by a full turn
+    int rounds = 3;            ///< outer rounds: samples interpolated anew where the displacement exceeds a quarter of a range sample
+    int iterations = 200;      ///< of one alternation, at most
     double tolerance = 1e-10;  ///< relative gain of the objective below which an alternation ends
     bool do_no_harm = true;
     Execution execution;
@@ -55,9 +55,9 @@ struct TrajectoryPoint {
 };
 
 struct Trajectory {
-    Array<double, 2> motion;      ///< [n_pulse, 3], m, to add to the positions; zero where not improved
-    Array<double, 2> motion_std;  ///< [n_pulse, 3], m, of the estimate, from the residual phases
-    Array<double, 2> estimate;    ///< [n_pulse, 3], m, handed out or not
+    Array<double, 2> motion;              ///< [n_pulse, 3], m, to add to the positions; zero where not improved
+    Array<double, 2> motion_std;          ///< [n_pulse, 3], m, of the estimate, from the residual phases
+    Array<double, 2> estimate;            ///< [n_pulse, 3], m, handed out or not
     std::vector<TrajectoryPoint> points;  ///< one for each region
     double coherence_before = 0.0;        ///< mean over the regions
     double coherence = 0.0;
@@ -74,11 +74,11 @@ struct Trajectory {
 };
 
 /// The displacement of every pulse that makes one strong point in each region brightest: maximises
-/// sum over regions of alpha_m |B_m|^2, B_m = sum over channels and pulses of b_kmn exp(4j pi (|p_kn + delta_k - x_m| - |p_kn - x_m|) / wavelength)
-/// [Zhou2022, eq. 9-10], alpha_m = 1 / (sum |b|)^2, so that every region counts with its coherence. Given the B_m the objective falls
-/// apart into one maximisation for each pulse; the two are alternated, and neither step lowers it. The pixel of each point is chosen
-/// jointly: its azimuth over the whole chip relative to the points before, by the coherence that can be reached, then to a small fraction of
-/// a cell. Several starts. A constant and a line over the pulses, which shift the scene as a whole, are taken out where they do no more.
+/// sum over regions of alpha_m |B_m|^2, B_m = sum over channels and pulses of b_kmn exp(4j pi (|p_kn + delta_k - x_m| - |p_kn - x_m|) /
+/// wavelength) [Zhou2022, eq. 9-10], alpha_m = 1 / (sum |b|)^2, so that every region counts with its coherence. Given the B_m the objective
+/// falls apart into one maximisation for each pulse; the two are alternated, and neither step lowers it. The pixel of each point is chosen
+/// jointly: its azimuth over the whole chip relative to the points before, by the coherence that can be reached, then to a small fraction
+/// of a cell. Several starts. A constant and a line over the pulses, which shift the scene as a whole, are taken out where they do no more.
 ///
 /// profiles: data [n_channel * n_pulse, n_range], channel by channel; positions: [n_channel, n_pulse, 3] m, phase centres; regions: chips
 /// round strong points at different ranges, plane or polar. All channels of a pulse share its displacement. initial: [n_pulse, 3] m to
@@ -104,7 +104,8 @@ struct SharpestPhaseOptions {
 /// One phase per pulse for the whole scene, that of the greatest sharpness sum |I|^4 of one region (BP-FMSA in [Zhou2022]): the sum is
 /// convex in the image, so the phases that align every pulse with |I|^2 I never lower it. rad, [n_pulse]; data are corrected by
 /// exp(-j phase).
-[[nodiscard]] SARFOCUS_API std::vector<double> sharpest_phase(const focus::RangeProfiles& profiles, const ArrayView<const double, 2>& positions,
+[[nodiscard]] SARFOCUS_API std::vector<double> sharpest_phase(const focus::RangeProfiles& profiles,
+                                                              const ArrayView<const double, 2>& positions,
                                                               const geometry::ImageGrid& region, const SharpestPhaseOptions& options = {});
 
 }  // namespace sarfocus::autofocus
