@@ -51,7 +51,7 @@ def test_heights_are_found_blind(seed):
 
 def test_points_off_the_middle_of_their_chips():
     error = white(7)
-    data = echoes(error, POINTS + [[0.4, 1.1, 0.0], [-0.3, -1.2, 0.0]])
+    data = echoes(error, np.add(POINTS, [[0.4, 1.1, 0.0], [-0.3, -1.2, 0.0]]))
     found = sarfocus.estimate_trajectory(data, TRACK, REGIONS, **SCENE)
     # Targets 2.3 m apart along the track, more than two cells; methods: 0.002 wavelengths.
     assert rms(found, error)[2] < 2e-3
@@ -80,7 +80,7 @@ def test_coherence_agrees_with_the_oracle():
     # The end of the alternation is a fixed point of the oracle's step; its grid is 2 search / 4000 apart.
     search = 0.7 * WAVELENGTH
     height = found.motion[:, 2]
-    again = oracle.step(terms, TRACK, height, found.points["position"], WAVELENGTH, search)
+    again = oracle.step(terms, TRACK, height, found.points["position"], wavelength=WAVELENGTH, search=search)
     assert np.median(np.abs(again - height)) < search / 1000
 
 

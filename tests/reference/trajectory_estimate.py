@@ -19,7 +19,7 @@ def phase(positions: Reals, motion: Reals, point: Reals, wavelength: float) -> R
     return 4 * np.pi / wavelength * change
 
 
-def step(terms: Complex, positions: Reals, height: Reals, points: Reals, wavelength: float, search: float) -> Reals:
+def step(terms: Complex, positions: Reals, height: Reals, points: Reals, *, wavelength: float, search: float) -> Reals:
     """Heights that maximise Re sum_m conj(B_m) b_km exp(j psi_km) for the sums of `height`, pulse by pulse on a fine grid."""
     up = np.array([0.0, 0.0, 1.0])
     scaled = terms / np.abs(terms).sum(axis=1, keepdims=True)
