@@ -9,6 +9,7 @@
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "radar_arguments.hpp"
+#include "trajectory_arguments.hpp"
 
 namespace py = pybind11;
 
@@ -19,14 +20,6 @@ using autofocus::Trajectory;
 using autofocus::TrajectoryOptions;
 using autofocus::TrajectoryPoint;
 using autofocus::TrajectoryStatus;
-using autofocus::TrajectoryUnknowns;
-
-TrajectoryUnknowns unknowns_of(const std::string& name) {
-    if (name == "height") return TrajectoryUnknowns::height;
-    if (name == "cross_track") return TrajectoryUnknowns::cross_track;
-    if (name == "full") return TrajectoryUnknowns::full;
-    throw ValueError("unknowns", R"("height", "cross_track" or "full")", "\"" + name + "\"");
-}
 
 py::array_t<TrajectoryPoint> points_of(const Trajectory& t) {
     return py::array_t<TrajectoryPoint>(static_cast<py::ssize_t>(t.points.size()), t.points.data());
@@ -83,7 +76,7 @@ py::array_t<double> sharpest_phase(const py::object& data, const py::object& pos
 }  // namespace
 
 void bind_trajectory(py::module_ m) {
-    PYBIND11_NUMPY_DTYPE(TrajectoryPoint, position, coherence_before, coherence, held_out_before, held_out);
+    PYBIND11_NUMPY_DTYPE(TrajectoryPoint, position, power, coherence_before, coherence, held_out_before, held_out, spread);
     const TrajectoryOptions defaults;
     const autofocus::SharpestPhaseOptions sharpest;
 
@@ -103,9 +96,9 @@ void bind_trajectory(py::module_ m) {
         .def_property_readonly(
             "estimate", [](const Trajectory& t) { return to_numpy(t.estimate.copy()); },
             "float64 [n_pulse, 3], m, the motion estimated, handed out or not.")
-        .def_property_readonly(
-            "points", &points_of,
-            "structured array, one for each region: position (m), coherence_before, coherence, held_out_before, held_out.")
+        .def_property_readonly("points", &points_of,
+                               "structured array, one for each region: position (m), power, coherence_before, coherence, held_out_before, "
+                               "held_out, spread (m).")
         .def_readonly("coherence_before", &Trajectory::coherence_before, "Mean over the regions, without displacement.")
         .def_readonly("coherence", &Trajectory::coherence, "Mean over the regions, with the estimate.")
         .def_readonly("coherence_by_chance", &Trajectory::coherence_by_chance, "What random phases reach, on average.")
@@ -148,7 +141,8 @@ up : (float, float, float)
 start : array_like [n_pulse, 3], optional
     m, a motion to start from; part of the motion handed back.
 search : float
-    m, either side, of a free displacement; 0: half of what turns the phase by a full turn.
+    m, either side, of a free displacement; 0: half of what turns the phase by a full turn, then twice that where the regions
+    agree better.
 rounds, iterations, tolerance
     At most so many rounds of interpolating the samples anew, and steps of one alternation; relative gain below which it ends.
 do_no_harm : bool

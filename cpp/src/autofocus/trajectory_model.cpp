@@ -115,26 +115,56 @@ MotionModel::Slope MotionModel::slope(const MotionPoints& points, const std::vec
     return out;
 }
 
+// Steps over the search, axis by axis. The channels of a pulse lie so close together that the range of the first changes like all.
+void MotionModel::look_around(const MotionPoints& points, const std::vector<cdouble>& sums, std::size_t pulse, double* motion) const {
+    const Vector3& centre = centres_[pulse * n_channel_];
+    std::vector<cdouble> terms(points.size());
+    std::vector<double> range(points.size());
+    for (std::size_t m = 0; m < points.size(); ++m) {
+        const MotionPoint& p = *points[m];
+        range[m] = norm(centre - p.position);
+        for (std::size_t i = pulse * n_channel_; i < (pulse + 1) * n_channel_; ++i)
+            terms[m] += std::conj(sums[m]) * p.terms[i] * std::polar(1.0, wavenumber_ * (norm(centres_[i] - p.position) - p.range[i]));
+    }
+    const auto level = [&](const double* at) {
+        Vector3 moved = centre;
+        for (std::size_t a = 0; a < axes_.size(); ++a) moved = moved + at[a] * axes_[a];
+        double out = 0.0;
+        for (std::size_t m = 0; m < points.size(); ++m) {
+            const double phase = wavenumber_ * (norm(moved - points[m]->position) - range[m]);
+            out += terms[m].real() * std::cos(phase) - terms[m].imag() * std::sin(phase);
+        }
+        return out;
+    };
+    const auto reach = static_cast<int>(std::ceil(search_ / step_));
+    double best = level(motion);
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+        Small trial{};
+        std::copy_n(motion, axes_.size(), trial.begin());
+        for (int s = -reach; s <= reach; ++s) {
+            trial[a] = search_ * s / reach;
+            const double now = level(trial.data());
+            if (now > best) {
+                best = now;
+                motion[a] = trial[a];
+            }
+        }
+    }
+}
+
 void MotionModel::climb(const MotionPoints& points, const std::vector<cdouble>& sums, std::size_t pulse, double* motion, bool scan) const {
     constexpr int newton_steps = 6;
     constexpr int halvings = 8;
     const std::size_t n = axes_.size();
     double best = value(points, sums, pulse, motion);
     if (scan) {
-        const auto reach = static_cast<int>(std::ceil(search_ / step_));
-        for (std::size_t a = 0; a < n; ++a) {
-            Small trial{};
-            std::copy_n(motion, n, trial.begin());
-            double chosen = motion[a];
-            for (int s = -reach; s <= reach; ++s) {
-                trial[a] = search_ * s / reach;
-                const double now = value(points, sums, pulse, trial.data());
-                if (now > best) {
-                    best = now;
-                    chosen = trial[a];
-                }
-            }
-            motion[a] = chosen;
+        Small trial{};
+        std::copy_n(motion, n, trial.begin());
+        look_around(points, sums, pulse, trial.data());
+        const double now = value(points, sums, pulse, trial.data());
+        if (now > best) {
+            best = now;
+            std::copy_n(trial.begin(), n, motion);
         }
     }
     const auto size = static_cast<Index>(n);
@@ -255,7 +285,8 @@ MotionModel::Alternation MotionModel::alternate(const MotionPoints& points, Coef
     std::vector<int> spacings{knots_};
     if (!free() && scan)
         for (int wider = 2; wider <= 4; wider *= 2)
-            if (static_cast<std::size_t>(2 * wider * knots_) <= n_pulse()) spacings.insert(spacings.begin(), wider * knots_);
+            if (2 * static_cast<std::size_t>(wider) * static_cast<std::size_t>(knots_) <= n_pulse())
+                spacings.insert(spacings.begin(), wider * knots_);
     std::vector<cdouble> sums(points.size());
     std::size_t level = 0;
     for (int i = 0; i <= iterations; ++i) {

@@ -62,6 +62,7 @@ private:
 
     [[nodiscard]] Slope slope(const MotionPoints& points, const std::vector<cdouble>& sums, std::size_t pulse, const double* motion) const;
     [[nodiscard]] double value(const MotionPoints& points, const std::vector<cdouble>& sums, std::size_t pulse, const double* motion) const;
+    void look_around(const MotionPoints& points, const std::vector<cdouble>& sums, std::size_t pulse, double* motion) const;
     void climb(const MotionPoints& points, const std::vector<cdouble>& sums, std::size_t pulse, double* motion, bool scan) const;
     void climb_spline(const MotionPoints& points, const std::vector<cdouble>& sums, Coefficients& motion, int knots) const;
 

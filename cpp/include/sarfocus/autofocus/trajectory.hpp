@@ -26,7 +26,10 @@ struct TrajectoryOptions {
     /// (for the height one more than needed to solve, because it is the second that tells which pixel is right).
     int knots = 0;
     Vector3 up = {0.0, 0.0, 1.0};
-    double search = 0.0;       ///< m, either side, of a free displacement; 0: half the displacement that turns the phase by a full turn
+    double search = 0.0;  ///< m, either side, of a free displacement; 0: half the displacement that turns the phase by a full turn
+    /// Of free displacements in a plane, accept as many regions as unknowns: any pixels are then consistent, and those are taken whose
+    /// phases differ least from pulse to pulse between the regions, which is the motion that scatters least.
+    bool exactly_determined = false;
     int rounds = 3;            ///< outer rounds: samples interpolated anew where the displacement exceeds a quarter of a range sample
     int iterations = 200;      ///< of one alternation, at most
     double tolerance = 1e-10;  ///< relative gain of the objective below which an alternation ends
@@ -47,11 +50,22 @@ enum class TrajectoryStatus {
 /// What a region said.
 struct TrajectoryPoint {
     Vector3 position{};             ///< m, of the pixel used
+    double power = 0.0;             ///< mean |b_k|^2 over pulses and channels, of the pixel where it is greatest
     double coherence_before = 0.0;  ///< |sum b_k|^2 / (sum |b_k|)^2 without displacement, at its own best pixel
     double coherence = 0.0;         ///< with it
     /// The same before and after a displacement that the other regions gave; nan where those do not determine one.
     double held_out_before = 0.0;
     double held_out = 0.0;
+    /// m, RMS over the pulses: the range of the region as it shows itself less that which the others' motion gives, within half a
+    /// wavelength.
+    double spread = 0.0;
+};
+
+/// Echoes of one receiving channel or more on one platform; views, owned by the caller.
+struct TrajectoryEchoes {
+    std::vector<focus::RangeProfiles> channels;  ///< data [n_pulse, n_range] each; one wavelength and range spacing for all
+    ArrayView<const double, 3> positions;        ///< [n_channel, n_pulse, 3], m, phase centres as measured
+    ArrayView<const double, 2> baselines;        ///< [n_channel, 3], m, from transmitter to receiver; or empty
 };
 
 struct Trajectory {
@@ -63,7 +77,11 @@ struct Trajectory {
     double coherence = 0.0;
     double coherence_by_chance = 0.0;  ///< mean of what the same alternation makes of random phases
     double chance_std = 0.0;
-    double condition = 0.0;  ///< largest over smallest singular value of what the regions see of the unknowns
+    int empty_region = -1;           ///< index of the first region without any echo
+    bool determined = true;          ///< false: too few regions, or all at one range
+    bool by_construction = false;    ///< as many regions as unknowns: their coherence says nothing; coherence_between does
+    double coherence_between = 0.0;  ///< of the phase differences between the regions from pulse to pulse, where by_construction
+    double condition = 0.0;          ///< largest over smallest singular value of what the regions see of the unknowns
     /// Whether constant and line over the pulses were taken out of the motion: done where the regions stay as coherent, shifted.
     bool line_removed = false;
     int rounds = 0;
@@ -78,14 +96,15 @@ struct Trajectory {
 /// wavelength) [Zhou2022, eq. 9-10], alpha_m = 1 / (sum |b|)^2, so that every region counts with its coherence. Given the B_m the objective
 /// falls apart into one maximisation for each pulse; the two are alternated, and neither step lowers it. The pixel of each point is chosen
 /// jointly: its azimuth over the whole chip relative to the points before, by the coherence that can be reached, then to a small fraction
-/// of a cell. Several starts. A constant and a line over the pulses, which shift the scene as a whole, are taken out where they do no more.
+/// of a cell. Several starts. A constant and a line over the pulses, which shift the scene as a whole, are taken out where they do no more;
+/// several channels then say, by their phases within a pulse, where along the track the points lie, and if that is more than noise a line
+/// follows them.
 ///
-/// profiles: data [n_channel * n_pulse, n_range], channel by channel; positions: [n_channel, n_pulse, 3] m, phase centres; regions: chips
-/// round strong points at different ranges, plane or polar. All channels of a pulse share its displacement. initial: [n_pulse, 3] m to
-/// start from, or empty; it is part of the motion handed back.
+/// regions: chips round strong points at different ranges, plane or polar. All channels of a pulse share its displacement. initial:
+/// [n_pulse, 3] m to start from, or empty; it is part of the motion handed back. Regions that do not determine the unknowns give
+/// not_improved, with the reason.
 /// Throws ShapeError, ValueError, NumericalError, MemoryEstimateError, Cancelled.
-[[nodiscard]] SARFOCUS_API Trajectory estimate_trajectory(const focus::RangeProfiles& profiles, const ArrayView<const double, 3>& positions,
-                                                          const std::vector<geometry::ImageGrid>& regions,
+[[nodiscard]] SARFOCUS_API Trajectory estimate_trajectory(const TrajectoryEchoes& echoes, const std::vector<geometry::ImageGrid>& regions,
                                                           const TrajectoryOptions& options = {},
                                                           const ArrayView<const double, 2>& initial = {});
 
