@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,7 +10,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "echo_argument.hpp"
+#include "hrws_arguments.hpp"
 #include "radar_arguments.hpp"
 
 namespace py = pybind11;
@@ -42,31 +40,13 @@ std::unique_ptr<PythonEcho> make_echo(const py::object& data, const py::object& 
     return echo;
 }
 
-hrws::BandOptions band_of(const std::string& interpolation, double doppler_bandwidth, double doppler_centroid, std::optional<double> margin,
-                          double noise, double condition_limit) {
-    hrws::BandOptions band;
-    if (interpolation == "yen")
-        band.interpolation = hrws::Interpolation::yen;
-    else if (interpolation != "mmse")
-        throw ValueError("interpolation", R"("mmse" or "yen")", "\"" + interpolation + "\"");
-    band.doppler_bandwidth = doppler_bandwidth;
-    band.doppler_centroid = doppler_centroid;
-    band.margin = margin.value_or(std::numeric_limits<double>::quiet_NaN());
-    band.noise = noise;
-    band.condition_limit = condition_limit;
-    return band;
-}
-
 py::array reconstruct(const PythonEcho& echo, const geometry::ImageGrid& grid, const py::object& motion, const std::string& reconstruction,
                       const std::string& interpolation, double doppler_bandwidth, double doppler_centroid, std::optional<double> margin,
                       double noise, double condition_limit, std::ptrdiff_t half_width, const py::object& out, int threads,
                       const py::object& progress) {
     const auto displacement = motion_of(motion);
     hrws::ReconstructOptions options;
-    if (reconstruction == "sub_image")
-        options.reconstruction = hrws::Reconstruction::sub_image;
-    else if (reconstruction != "folded")
-        throw ValueError("reconstruction", R"("folded" or "sub_image")", "\"" + reconstruction + "\"");
+    options.reconstruction = reconstruction_of(reconstruction);
     options.band = band_of(interpolation, doppler_bandwidth, doppler_centroid, margin, noise, condition_limit);
     options.half_width = half_width;
     options.execution = execution(threads, progress);
@@ -205,15 +185,16 @@ reconstruction : {"folded", "sub_image"}
     folded: backprojection of every channel, its terms weighted by the local Doppler frequency of pixel and pulse. sub_image: the sub-images
     of Zhou et al. 2022 term by term, some fifty to a hundred times as slow.
 interpolation : {"mmse", "yen"}
-    mmse: weights of least mean square error for a spectrum flat over that band, in white noise. yen: generalised sampling, exact
+    mmse: weights of least mean square error in white noise, for a spectrum flat over that band. yen: generalised sampling, exact
     for any signal within n_channel * prf but of more noise, and cut off at `half_width` as sub_image.
 doppler_bandwidth : float
     Hz, of the signal, at most n_channel * prf; 0: that. State it: the narrower the band, the fewer the ambiguities to suppress.
 doppler_centroid : float
     Hz.
 margin : float, optional
-    Hz beyond either end of the bandwidth, over which ambiguities are suppressed and the image is processed too; about the square root of the
-    Doppler rate 2 velocity**2 / (wavelength R). None: 4 % of the bandwidth.
+    Hz beyond either end of the bandwidth, over which the image is processed too and ambiguities are suppressed less and less, so that the
+    weights change smoothly; better twice the square root of the Doppler rate 2 velocity**2 / (wavelength R) or more. None: 10 % of the
+    bandwidth, or what is left of n_channel * prf.
 noise : float
     mmse: power of the noise over that of the signal, in a band of one prf.
 condition_limit : float

@@ -77,7 +77,7 @@ struct EntryRange {
 
 template <bool monostatic>
 inline __attribute__((always_inline)) EntryRange locate_aspect(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect,
-                                                         std::int32_t* __restrict entry) {
+                                                               std::int32_t* __restrict entry) {
     const double tx = monostatic ? pulse.tx[0] : 0.5 * (pulse.tx[0] + pulse.rx[0]);
     const double ty = monostatic ? pulse.tx[1] : 0.5 * (pulse.tx[1] + pulse.rx[1]);
     const double tz = monostatic ? pulse.tx[2] : 0.5 * (pulse.tx[2] + pulse.rx[2]);
@@ -109,8 +109,8 @@ inline __attribute__((always_inline)) EntryRange locate_aspect(const PulseTable&
 // `uniform`: one factor for all pixels of the block.
 template <bool monostatic, bool uniform>
 inline __attribute__((always_inline)) void add_weighted(const PulseTable& pulse, const PixelBlock& pixels, const float* __restrict weight,
-                                                        const std::int32_t* __restrict entry, double cycles_per_metre,
-                                                        float* __restrict re, float* __restrict im) {
+                                                        const std::int32_t* __restrict entry, double cycles_per_metre, float* __restrict re,
+                                                        float* __restrict im) {
     alignas(64) std::int32_t bin[capacity];
     alignas(64) float offset[capacity];
     alignas(64) float cosine[capacity];
@@ -155,8 +155,8 @@ void gather(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per
         gather_pixels<false>(pulse, pixels, cycles_per_metre, re, im);
 }
 
-void gather_weighted(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect, double cycles_per_metre,
-                     bool monostatic, float* re, float* im) {
+void gather_weighted(const PulseTable& pulse, const PixelBlock& pixels, const AspectTable& aspect, double cycles_per_metre, bool monostatic,
+                     float* re, float* im) {
     if (monostatic)
         gather_weighted_pixels<true>(pulse, pixels, aspect, cycles_per_metre, re, im);
     else

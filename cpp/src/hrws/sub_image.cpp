@@ -127,7 +127,8 @@ void reconstruct_sub_images(const Echo& echo, const geometry::ImageGrid& grid, c
     for (std::ptrdiff_t begin = 0; begin < grid.size(); begin += block) {
         const std::ptrdiff_t count = std::min(block, grid.size() - begin);
         for (std::ptrdiff_t q = 0; q < count; ++q) {
-            const Vector3 p = grid.position(static_cast<double>((begin + q) / columns), static_cast<double>((begin + q) % columns));
+            const std::ptrdiff_t row = (begin + q) / columns;
+            const Vector3 p = grid.position(static_cast<double>(row), static_cast<double>((begin + q) % columns));
             std::copy(p.begin(), p.end(), points.data() + 3 * q);
         }
         const ArrayView<const double, 2> places = ArrayView<const double, 2>(points.view()).slice(0, 0, count);

@@ -19,21 +19,29 @@ using Index = Eigen::Index;
 using detail::Matrix;
 using detail::Vector;
 
-// The bands aliased onto one frequency, [n_band, n_channel], of modulus 1, and which of them is wanted.
+// The bands aliased onto one frequency, [n_band, n_channel], of modulus 1, the spectrum assumed in each, and which is wanted.
 struct Bands {
     Matrix equations;
+    Eigen::VectorXd spectrum;
     Index wanted = 0;
 };
 
-Bands bands_at(double f, double width, const std::vector<double>& offsets, double prf, double velocity) {
+Bands bands_at(double f, const std::vector<double>& offsets, double prf, double velocity, const BandOptions& options) {
     const int n = static_cast<int>(offsets.size());
     std::vector<int> multiples;
+    std::vector<double> spectrum;
     Bands out;
     for (int m = -n; m <= n; ++m) {
-        if (!(f + m * prf >= -0.5 * width && f + m * prf < 0.5 * width)) continue;
+        const double at = f + m * prf;
+        const double level = options.interpolation == Interpolation::mmse ? options.spectrum(at, n, prf)
+                             : at >= -0.5 * n * prf && at < 0.5 * n * prf ? 1.0
+                                                                          : 0.0;
         if (m == 0) out.wanted = static_cast<Index>(multiples.size());
+        if (m != 0 && level == 0.0) continue;
         multiples.push_back(m);
+        spectrum.push_back(level);
     }
+    out.spectrum = Eigen::Map<const Eigen::VectorXd>(spectrum.data(), static_cast<Index>(spectrum.size()));
     out.equations.resize(static_cast<Index>(multiples.size()), n);
     for (Index row = 0; row < out.equations.rows(); ++row)
         for (Index c = 0; c < n; ++c)
@@ -42,8 +50,16 @@ Bands bands_at(double f, double width, const std::vector<double>& offsets, doubl
     return out;
 }
 
+// Of the bands within the bandwidth.
 double condition(const Bands& bands) {
-    const Eigen::VectorXd values = bands.equations.jacobiSvd().singularValues();
+    Matrix rows(0, bands.equations.cols());
+    for (Index row = 0; row < bands.equations.rows(); ++row)
+        if (bands.spectrum(row) == 1.0) {
+            rows.conservativeResize(rows.rows() + 1, Eigen::NoChange);
+            rows.bottomRows(1) = bands.equations.row(row);
+        }
+    if (rows.rows() < 2) return 1.0;
+    const Eigen::VectorXd values = rows.jacobiSvd().singularValues();
     return values(0) / values(values.size() - 1);
 }
 
@@ -54,9 +70,9 @@ Vector solve(const Bands& bands, const BandOptions& options) {
         right(bands.wanted) = n;
         return bands.equations.fullPivLu().solve(right);
     }
-    Matrix normal = bands.equations.adjoint() * bands.equations;
+    Matrix normal = bands.equations.adjoint() * bands.spectrum.asDiagonal() * bands.equations;
     normal.diagonal().array() += options.noise;
-    const Vector right = n * bands.equations.row(bands.wanted).adjoint();
+    const Vector right = n * bands.spectrum(bands.wanted) * bands.equations.row(bands.wanted).adjoint();
     return normal.ldlt().solve(right);
 }
 
@@ -101,7 +117,17 @@ void BandOptions::validate(std::ptrdiff_t n_channel, double prf) const {
 double BandOptions::processed(std::ptrdiff_t n_channel, double prf) const {
     const double most = static_cast<double>(n_channel) * prf;
     const double band = doppler_bandwidth == 0.0 ? most : doppler_bandwidth;
-    return std::min(most, band + 2.0 * (std::isnan(margin) ? 0.04 * band : margin));
+    return std::min(most, band + 2.0 * (std::isnan(margin) ? 0.1 * band : margin));
+}
+
+double BandOptions::spectrum(double f, std::ptrdiff_t n_channel, double prf) const {
+    const double most = static_cast<double>(n_channel) * prf;
+    const double inside = 0.5 * (doppler_bandwidth == 0.0 ? most : doppler_bandwidth);
+    const double outside = 0.5 * processed(n_channel, prf);
+    if (f >= -inside && f < inside) return 1.0;
+    if (std::abs(f) >= outside) return 0.0;
+    const double share = (std::abs(f) - inside) / (outside - inside);
+    return std::exp(std::log(1e-6) * share * share);
 }
 
 ChannelWeights channel_weights(const std::vector<double>& offsets, double prf, double velocity, const BandOptions& options) {
@@ -114,11 +140,10 @@ ChannelWeights channel_weights(const std::vector<double>& offsets, double prf, d
     ChannelWeights out;
     out.frequency_step = band / static_cast<double>(options.n_frequency);
     out.frequency_start = options.doppler_centroid - 0.5 * band;
-    const double width = options.interpolation == Interpolation::yen ? static_cast<double>(n) * prf : band;
     out.weights = Array<cdouble, 2>({options.n_frequency, n});
     for (std::ptrdiff_t i = 0; i < options.n_frequency; ++i) {
         const double f = (static_cast<double>(i) + 0.5) * out.frequency_step - 0.5 * band;
-        const Bands bands = bands_at(f, width, offsets, prf, velocity);
+        const Bands bands = bands_at(f, offsets, prf, velocity, options);
         out.condition_number = std::max(out.condition_number, condition(bands));
         const Vector w = solve(bands, options);
         for (std::ptrdiff_t c = 0; c < n; ++c) out.weights(i, c) = w(static_cast<Index>(c));
