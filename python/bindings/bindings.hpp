@@ -20,5 +20,6 @@ void bind_cross_track(pybind11::module_ m);
 void bind_trajectory(pybind11::module_ m);
 void bind_strip(pybind11::module_ m);
 void bind_hrws(pybind11::module_ m);
+void bind_hrws_motion(pybind11::module_ m);
 
 }  // namespace sarfocus::python

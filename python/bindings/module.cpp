@@ -23,5 +23,7 @@ PYBIND11_MODULE(_core, m) {
     pybind11::module_ strip = m.def_submodule("strip", "Stripmap autofocus, and its steps one by one.");
     bind_strip(strip);
     bind_cross_track(strip);
-    bind_hrws(m.def_submodule("hrws", "Multichannel strips: motion and unambiguous images."));
+    pybind11::module_ hrws = m.def_submodule("hrws", "Multichannel strips: motion and unambiguous images.");
+    bind_hrws(hrws);
+    bind_hrws_motion(hrws);
 }

@@ -1,5 +1,31 @@
-"""Multichannel strips of high resolution and wide swath: echoes, and images free of azimuth ambiguities."""
+"""Multichannel strips of high resolution and wide swath: echoes, motion compensation, and images free of azimuth ambiguities."""
 
-from ._core.hrws import ChannelWeights, Echo, Sampling, channel_weights, reconstruct, sampling
+from ._core.hrws import (
+    ChannelWeights,
+    Echo,
+    PhaseCompensation,
+    Sampling,
+    SiMecResult,
+    SiMecStatus,
+    bp_fmsa,
+    channel_weights,
+    pga,
+    reconstruct,
+    sampling,
+    si_mec,
+)
 
-__all__ = ["ChannelWeights", "Echo", "Sampling", "channel_weights", "reconstruct", "sampling"]
+__all__ = [
+    "ChannelWeights",
+    "Echo",
+    "PhaseCompensation",
+    "Sampling",
+    "SiMecResult",
+    "SiMecStatus",
+    "bp_fmsa",
+    "channel_weights",
+    "pga",
+    "reconstruct",
+    "sampling",
+    "si_mec",
+]

@@ -40,8 +40,8 @@ void reconstruct_folded(const Echo& echo, const geometry::ImageGrid& grid, const
 
 }  // namespace
 
-void reconstruct(const Echo& echo, const geometry::ImageGrid& grid, const ArrayView<const double, 2>& motion, MutableImageView image,
-                 const ReconstructOptions& options) {
+void require_reconstructible(const Echo& echo, const geometry::ImageGrid& grid, const ArrayView<const double, 2>& motion,
+                             MutableImageView image, const ReconstructOptions& options) {
     echo.validate(options.execution.threads);
     options.band.validate(echo.n_channel(), echo.prf);
     if (!motion.empty()) {
@@ -56,6 +56,11 @@ void reconstruct(const Echo& echo, const geometry::ImageGrid& grid, const ArrayV
         throw ValueError("doppler_bandwidth",
                          "frequencies up to 2 velocity / wavelength = " + number_text(2.0 * echo.velocity / echo.wavelength),
                          number_text(highest));
+}
+
+void reconstruct(const Echo& echo, const geometry::ImageGrid& grid, const ArrayView<const double, 2>& motion, MutableImageView image,
+                 const ReconstructOptions& options) {
+    require_reconstructible(echo, grid, motion, image, options);
     if (options.reconstruction == Reconstruction::folded)
         reconstruct_folded(echo, grid, motion, image, options);
     else

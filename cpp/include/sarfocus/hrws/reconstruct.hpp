@@ -23,6 +23,10 @@ struct ReconstructOptions {
     Execution execution;
 };
 
+/// The checks of the arguments that `reconstruct` makes first.
+SARFOCUS_API void require_reconstructible(const Echo& echo, const geometry::ImageGrid& grid, const ArrayView<const double, 2>& motion,
+                                          MutableImageView image, const ReconstructOptions& options = {});
+
 /// Image free of azimuth ambiguities from the channels of a radar whose pulse rate alone is too low for its Doppler bandwidth.
 ///
 /// folded [methods, 5]: by stationary phase the reconstruction of a pixel acts at one frequency in each pulse, the local Doppler frequency
