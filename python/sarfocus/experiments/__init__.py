@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb, do_no_harm, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time
+from . import crlb, do_no_harm, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time, zhou2022_table2
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
@@ -21,6 +21,7 @@ EXPERIMENTS: dict[str, Experiment] = {
     "luo2025-table7": luo2025.run,
     "luo2025-table8": luo2025_time.run,
     "luo2025-studies": luo2025_studies.run,
+    "zhou2022-table2": zhou2022_table2.run,
 }
 MEASURED = frozenset({"gotcha", "luo2025-table7"})  # take a folder of measured data; the second runs without it, too
 PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {
@@ -30,6 +31,7 @@ PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {
     "luo2025-table7": luo2025.draw,
     "luo2025-table8": luo2025_time.draw,
     "luo2025-studies": luo2025_studies.draw,
+    "zhou2022-table2": zhou2022_table2.draw,
 }
 
 

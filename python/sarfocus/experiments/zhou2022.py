@@ -121,5 +121,4 @@ def figures(image: ComplexArray, ground_range: float, aperture: float) -> dict[s
         "pslr_db": found.azimuth.pslr_db,
         "islr_db": found.azimuth.islr_db,
         "ambiguity_db": float(relative.max()),
-        "ambiguities_db": {str(k): float(level) for k, level in zip(AMBIGUITIES, relative, strict=True)},
     }
