@@ -1,14 +1,17 @@
 // The only source file that knows FFTW.
 #include <sarfocus/fft/plan.hpp>
 
-#include <atomic>
+#include <filesystem>
 #include <mutex>
+#include <string>
 #include <type_traits>
 
 #include <fftw3.h>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/error.hpp>
+
+#include "wisdom_folder.hpp"
 
 namespace sarfocus::fft {
 namespace {
@@ -24,13 +27,13 @@ struct PlannerGuard {
     PlannerGuard& operator=(const PlannerGuard&) = delete;
 };
 
-fftwf_plan make_plan(int n, std::complex<float>* x, int sign) {
+fftwf_plan make_plan(int n, std::complex<float>* x, int sign, unsigned how) {
     auto* p = reinterpret_cast<fftwf_complex*>(x);
-    return fftwf_plan_dft_1d(n, p, p, sign, FFTW_ESTIMATE);
+    return fftwf_plan_dft_1d(n, p, p, sign, how);
 }
-fftw_plan make_plan(int n, std::complex<double>* x, int sign) {
+fftw_plan make_plan(int n, std::complex<double>* x, int sign, unsigned how) {
     auto* p = reinterpret_cast<fftw_complex*>(x);
-    return fftw_plan_dft_1d(n, p, p, sign, FFTW_ESTIMATE);
+    return fftw_plan_dft_1d(n, p, p, sign, how);
 }
 void run(fftwf_plan plan, std::complex<float>* x) {
     auto* p = reinterpret_cast<fftwf_complex*>(x);
@@ -47,6 +50,56 @@ void destroy(fftw_plan plan) {
     fftw_destroy_plan(plan);
 }
 
+// What the two precisions of FFTW call differently.
+template <class Real>
+constexpr bool is_single = std::is_same_v<Real, float>;
+template <class Real>
+constexpr const char* wisdom_name = is_single<Real> ? "single.wisdom" : "double.wisdom";
+
+template <class Real>
+void import_wisdom(const std::string& text) {
+    if (text.empty()) return;  // what FFTW can't read, of another version or machine, it leaves alone
+    if constexpr (is_single<Real>)
+        fftwf_import_wisdom_from_string(text.c_str());
+    else
+        fftw_import_wisdom_from_string(text.c_str());
+}
+
+template <class Real>
+std::string export_wisdom() {
+    char* text = nullptr;
+    if constexpr (is_single<Real>)
+        text = fftwf_export_wisdom_to_string();
+    else
+        text = fftw_export_wisdom_to_string();
+    std::string out = text == nullptr ? "" : text;
+    fftwf_free(text);
+    return out;
+}
+
+// Under the lock: the folder, looked for once.
+const std::filesystem::path& folder() {
+    static const std::filesystem::path found = detail::wisdom_folder();
+    return found;
+}
+
+// Under the lock. Long transforms are measured, once for a user: what was found is read from the folder, and added to it. A plan once
+// made, the process keeps its wisdom, so every later one of the same length is the same, to the bit. Short ones gain little.
+template <class Real>
+auto plan_of(int n, std::complex<Real>* x, int sign) {
+    constexpr int shortest = 1024;
+    constexpr int longest = 1 << 20;
+    if (n < shortest || n > longest || folder().empty()) return make_plan(n, x, sign, FFTW_ESTIMATE);
+    static bool read = false;
+    const std::filesystem::path file = folder() / wisdom_name<Real>;
+    if (!read) import_wisdom<Real>(detail::read_text(file));  // once: what others measure meanwhile must not change this process
+    read = true;
+    if (const auto known = make_plan(n, x, sign, FFTW_MEASURE | FFTW_WISDOM_ONLY)) return known;
+    const auto measured = make_plan(n, x, sign, FFTW_MEASURE);
+    detail::replace_text(file, export_wisdom<Real>());
+    return measured;
+}
+
 }  // namespace
 
 template <class Real>
@@ -57,10 +110,9 @@ struct Plan<Real>::Impl {
 
     Impl(std::ptrdiff_t n, Direction direction) : length(n) {
         if (n < 1 || n > (1 << 30)) throw ValueError("length", "a transform length from 1 to 2^30", std::to_string(n));
-        // FFTW_ESTIMATE: the same plan, and so the same bits, on every call; measured plans differ from run to run.
         Array<std::complex<Real>, 1> scratch({n});
         const PlannerGuard guard;
-        handle = make_plan(static_cast<int>(n), scratch.data(), direction == Direction::forward ? FFTW_FORWARD : FFTW_BACKWARD);
+        handle = plan_of<Real>(static_cast<int>(n), scratch.data(), direction == Direction::forward ? FFTW_FORWARD : FFTW_BACKWARD);
         if (handle == nullptr) throw NumericalError("no transform of length " + std::to_string(n) + " could be planned");
     }
     ~Impl() {
