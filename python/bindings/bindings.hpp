@@ -18,6 +18,7 @@ void bind_adaptive(pybind11::module_ m);
 void bind_sharpness(pybind11::module_ m);
 void bind_cross_track(pybind11::module_ m);
 void bind_trajectory(pybind11::module_ m);
+void bind_ridges(pybind11::module_ m);
 void bind_strip(pybind11::module_ m);
 void bind_hrws(pybind11::module_ m);
 void bind_hrws_motion(pybind11::module_ m);

@@ -20,6 +20,7 @@ PYBIND11_MODULE(_core, m) {
     bind_method_choice(autofocus);
     bind_adaptive(m.def_submodule("adaptive", "Scene-adaptive autofocus, and its steps one by one."));
     bind_trajectory(autofocus);
+    bind_ridges(autofocus);
     pybind11::module_ strip = m.def_submodule("strip", "Stripmap autofocus, and its steps one by one.");
     bind_strip(strip);
     bind_cross_track(strip);

@@ -6,6 +6,9 @@ from ._core.adaptive import adaptive_pga, conventional_pga
 from ._core.autofocus import (
     PhaseEstimate,
     Result,
+    RidgePath,
+    RidgePathStatus,
+    Ridges,
     Status,
     TimeOffset,
     TimeOffsetStatus,
@@ -23,6 +26,8 @@ from ._core.autofocus import (
     pga,
     pga_2d,
     sharpest_phase,
+    track_ridges,
+    trajectory_from_ridges,
 )
 from ._core.focus import (
     RangeCompressed,
@@ -47,6 +52,9 @@ __all__ = [
     "PhaseEstimate",
     "RangeCompressed",
     "Result",
+    "RidgePath",
+    "RidgePathStatus",
+    "Ridges",
     "ShapeError",
     "Status",
     "StripmapGeometry",
@@ -90,4 +98,6 @@ __all__ = [
     "spga",
     "spga_linear",
     "strip",
+    "track_ridges",
+    "trajectory_from_ridges",
 ]

@@ -6,8 +6,9 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
-from . import ImageGrid, TimeOffset, estimate_time_offset, interpolate_track, path_weights
+from . import ImageGrid, ShapeError, TimeOffset, estimate_time_offset, interpolate_track, path_weights
 from .io import PhaseHistory
 
 Progress = Callable[[str, int, int], bool | None] | None
@@ -82,3 +83,22 @@ def synchronised(
         progress=progress,
     )
     return with_time_offset(history, found.offset), found
+
+
+def moving_pulses(samples: npt.NDArray[np.number], *, lag: int = 5, share: float = 0.1) -> slice:
+    """From the first to the last pulse in which the platform moves, by the echoes alone.
+
+    A resting radar repeats its echo. The platform moves where the power by which the echoes `lag` pulses before and behind differ exceeds
+    `share` of what it reaches in the tenth of the pulses that differ most.
+
+    Raises
+    ------
+    ShapeError
+        `samples` is not [n_pulse, n_range] with more than 2 `lag` pulses.
+    """
+    if samples.ndim != 2 or len(samples) <= 2 * lag or samples.size == 0:
+        raise ShapeError(f"samples: expected shape (n_pulse, n_range) with more than {2 * lag} pulses, got {samples.shape}")
+    difference = samples[2 * lag :].astype(np.complex128) - samples[: -2 * lag]
+    power = np.sum(np.abs(difference) ** 2, axis=1)
+    changing = np.flatnonzero(power >= share * np.percentile(power, 90)) + lag
+    return slice(int(changing[0]), int(changing[-1]) + 1)

@@ -273,3 +273,78 @@ def sharpest_phase(
     iterations: int = 200,
     tolerance: float = 1e-08,
 ) -> NDArray[np.float64]: ...
+
+class Ridges:
+    @property
+    def range(self) -> NDArray[np.float64]: ...
+    @property
+    def ridges(self) -> NDArray[np.void]: ...
+    @property
+    def dropped(self) -> int: ...
+    @property
+    def reason(self) -> str: ...
+
+class RidgePathStatus(Enum):
+    converged = 0
+    max_iterations = 1
+    not_determined = 2
+
+class RidgePath:
+    @property
+    def positions(self) -> NDArray[np.float64]: ...
+    @property
+    def motion(self) -> NDArray[np.float64]: ...
+    @property
+    def motion_std(self) -> NDArray[np.float64]: ...
+    @property
+    def points(self) -> NDArray[np.void]: ...
+    @property
+    def residual_rms(self) -> float: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def length_ratio(self) -> float: ...
+    @property
+    def length_std(self) -> float: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def status(self) -> RidgePathStatus: ...
+    @property
+    def reason(self) -> str: ...
+
+def track_ridges(
+    data: NDArray[np.complex64],
+    *,
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    resolution: float,
+    most: int = 8,
+    half_window: int = 10,
+    largest_rate: float = 0.0,
+    threshold_db: float = 13.0,
+    smallest_change: float = 0.0,
+    shortest: float = 0.2,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Ridges: ...
+def trajectory_from_ridges(
+    range: ArrayLike,
+    start: ArrayLike,
+    *,
+    look: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    across: bool = False,
+    knots: int = 10,
+    range_std: float = 0.003,
+    correlation: int = 10,
+    offset_std: float = 0.02,
+    step_change: float = 0.0,
+    length_std: float = 0.3,
+    across_std: float = 0.1,
+    largest_residual: float = 0.03,
+    iterations: int = 200,
+    tolerance: float = 1e-08,
+) -> RidgePath: ...

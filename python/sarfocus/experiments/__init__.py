@@ -6,11 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import crlb, do_no_harm, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time, zhou2022_table2
+from . import bwsi, crlb, do_no_harm, gotcha, luo2025, luo2025_studies, luo2025_time, strip_clutter, xie2023, xie2023_time, zhou2022_table2
 from .model import Reproduction, Requirement
 
 Experiment = Callable[..., Reproduction]
 EXPERIMENTS: dict[str, Experiment] = {
+    "bwsi-trajectory": bwsi.run,
     "crlb": crlb.run,
     "do-no-harm": do_no_harm.run,
     "gotcha": gotcha.run,
@@ -23,8 +24,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "luo2025-studies": luo2025_studies.run,
     "zhou2022-table2": zhou2022_table2.run,
 }
-MEASURED = frozenset({"gotcha", "luo2025-table7"})  # take a folder of measured data; the second runs without it, too
+MEASURED = frozenset({"bwsi-trajectory", "gotcha", "luo2025-table7"})  # take a folder of measured data; the last runs without it, too
 PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {
+    "bwsi-trajectory": bwsi.draw,
     "crlb": crlb.draw,
     "xie2023-table3": xie2023.draw,
     "strip-clutter": strip_clutter.draw,
