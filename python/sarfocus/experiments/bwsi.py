@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import ImageGrid, RidgePath, Ridges, backproject, backproject_histories, quality, track_ridges, trajectory_from_ridges
+from .. import ImageGrid, RidgePath, Ridges, backproject, backproject_histories, gpga, quality, track_ridges, trajectory_from_ridges
 from ..io import PhaseHistory, read_bwsi
 from ..io.bwsi import BAND, bwsi_history
 from ..io.numpy_files import load_npz
@@ -26,7 +26,7 @@ RAIL, WALK = "rail_team6_trial6.npz", "walk_sculpture_trial3.npz"
 RESOLUTION = 299792458.0 / 2.0 / (BAND[1] - BAND[0])  # m, of range
 SPEED = {RAIL: 0.5, WALK: 1.0}  # m/s, of the start: a carriage, a person
 LINE, CAPTURE, ESTIMATE = "straight line", "motion capture", "estimated"
-LINE_FITTED = "straight line of the estimate's length"
+LINE_FITTED, TURNED = "line of that length", "and a phase per pulse"
 WALK_RIDGES = 16
 ALONG, LOOK = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])  # of the start, the axes of the capture for the sake of the pictures
 STEP, CHIP, FINE = 0.02, 0.4, 0.005  # m: of the search, half size and pixel of a chip
@@ -81,7 +81,13 @@ def run(*, data: str | os.PathLike[str] | None = None, threads: int = 0, progres
         if progress is not None:
             progress("bwsi-trajectory", step + 1, 2)
     rows, required, pictures = ([part[k] for part in made] for k in range(3))
-    parameters = {"resolution": RESOLUTION, "start_speed": SPEED, "files": [RAIL, WALK], "walk_ridges": WALK_RIDGES, "walk_pixel": WALK_PIXEL}
+    parameters = {
+        "resolution": RESOLUTION,
+        "start_speed": SPEED,
+        "files": [RAIL, WALK],
+        "walk_ridges": WALK_RIDGES,
+        "walk_pixel": WALK_PIXEL,
+    }
     return Reproduction(
         name="bwsi-trajectory",
         parameters=parameters,
@@ -105,9 +111,7 @@ def straight_start(duration: float, n_pulse: int, speed: float) -> FloatArray:
     return line
 
 
-def estimate(
-    path: Path, threads: int, speed: float | None = None, most: int = 8, **options: Any
-) -> tuple[Scene, slice, Ridges, RidgePath]:
+def estimate(path: Path, threads: int, speed: float | None = None, most: int = 8, **options: Any) -> tuple[Scene, slice, Ridges, RidgePath]:
     """Return the echoes with the straight line at `speed`, which pulses they are, the ridges, and the path found from them."""
     history, moving = echoes(path)
     time = load_npz(path)["scan_time_s"][moving]
@@ -232,15 +236,16 @@ def difference_along(found: RidgePath, truth: FloatArray) -> dict[str, FloatArra
 
 def rail_required(rows: list[dict[str, Any]]) -> list[Requirement]:
     """Return the bounds of the rail recording."""
-    line, _, found = rows
+    line, capture, found = rows
     numbers = [number for number in (1, 2) if f"reflector_{number}_peak_db" in found]
     peaks = [found[f"reflector_{number}_peak_db"] for number in numbers]
     gains = [found[f"reflector_{number}_peak_db"] - line[f"reflector_{number}_peak_db"] for number in numbers]
+    widths = [found[f"reflector_{number}_irw_along"] / capture[f"reflector_{number}_irw_along"] for number in numbers]
     return [
         at_least("rail: reflectors found", float(found["ridges"]), 2.0),
         at_least("rail: peak of the worse reflector against that on the motion capture, dB", min(peaks), -0.5),
         at_least("rail: gain of the worse reflector over the straight line, dB", min(gains), 6.0),
-        at_least("rail: coherence of the worse reflector", min(found[f"reflector_{number}_coherence"] for number in numbers), 0.8),
+        at_most("rail: width along the track of the worse reflector over that on the motion capture", max(widths), 1.1),
         at_most("rail: path against the motion capture, rigid motion removed, m RMS", found["rms_rigid"], 0.015),
         at_most("rail: path against the motion capture, scale removed too, m RMS", found["rms_scaled"], 0.008),
     ]
@@ -252,17 +257,30 @@ def walk(folder: Path, threads: int) -> tuple[list[dict[str, Any]], list[Require
     fitted = dataclasses.replace(line, positions=line.positions * found.length_ratio)
     scenes = {LINE: line, LINE_FITTED: fitted, ESTIMATE: dataclasses.replace(line, positions=np.asarray(found.positions))}
     images = {name: walk_image(scene, threads) for name, scene in scenes.items()}
+    judged, images[TURNED] = phase_besides(scenes[ESTIMATE], threads)
     rows: list[dict[str, Any]] = [
         {"recording": "walk", "method": name, "sharpness": quality.sharpness(image), "entropy": quality.entropy(image)}
         for name, image in images.items()
     ]
-    rows[-1] |= summary(found)
-    before = max(row["sharpness"] for row in rows[:-1])
+    rows[2] |= summary(found)
+    rows[3] |= judged
+    lines, estimated = rows[:2], rows[2]
     required = [
-        at_least("walk: sharpness over that of the better straight line", rows[-1]["sharpness"] / before, 1.5),
-        at_most("walk: entropy less that of the better straight line", rows[-1]["entropy"] - min(row["entropy"] for row in rows[:-1]), 0.0),
+        at_least("walk: ridges that fit together", float(estimated["ridges"]), 3.0),
+        at_least("walk: sharpness over that of the sharper line", estimated["sharpness"] / max(row["sharpness"] for row in lines), 1.0),
+        at_most("walk: entropy less the lower of the lines'", estimated["entropy"] - min(row["entropy"] for row in lines), -0.1),
     ]
     return rows, required, {"images": images, "path": np.asarray(found.positions), "points": by_track(found)}
+
+
+def phase_besides(scene: Scene, threads: int) -> tuple[dict[str, Any], Complex]:
+    """Return what `gpga` says of the scene, and the image with the phase per pulse that it found, judged or not."""
+    grid = walk_grid(scene.positions)
+    data = scene.history.data
+    judged = gpga(data, scene.positions, grid, threads=threads, **scene.arguments)
+    turned = (data * np.exp(-1j * np.asarray(judged.estimate))[:, None]).astype(np.complex64)
+    image = backproject(turned, scene.positions, grid, threads=threads, **scene.arguments)
+    return {"status": judged.status.name, "reason": judged.diagnostics["score"]["reason"]}, image
 
 
 def walk_grid(positions: FloatArray) -> ImageGrid:
