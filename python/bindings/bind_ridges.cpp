@@ -26,7 +26,7 @@ using autofocus::Ridges;
 
 Ridges track_ridges(const py::object& data, const py::object& range_start, double range_spacing, double wavelength, double resolution,
                     int most, int half_window, double largest_rate, double threshold_db, double smallest_change, double shortest,
-                    int threads, const py::object& progress) {
+                    bool pieces, int threads, const py::object& progress) {
     const auto samples = input<cfloat, 2>(data, "data");
     const auto first_range = range_start_of(range_start);
     RidgeOptions options;
@@ -37,6 +37,7 @@ Ridges track_ridges(const py::object& data, const py::object& range_start, doubl
     options.threshold_db = threshold_db;
     options.smallest_change = smallest_change;
     options.shortest = shortest;
+    options.pieces = pieces;
     options.execution = execution(threads, progress);
     const py::gil_scoped_release release;
     return autofocus::track_ridges({samples.view, first_range.view, range_spacing, wavelength}, options);
@@ -101,7 +102,7 @@ void bind_ridges(py::module_ m) {
             "structured array [n_ridge]: position (m), offset (m), residual (m, robust), residual_rms (m), coverage, used.")
         .def_readonly("residual_rms", &RidgePath::residual_rms, "m, over the ridges used.")
         .def_readonly("coverage", &RidgePath::coverage, "Share of the pulses that see enough ridges to be determined by themselves.")
-        .def_readonly("length_ratio", &RidgePath::length_ratio, "Length of the path over that of the start.")
+        .def_readonly("length_ratio", &RidgePath::length_ratio, "Scale along the track by which the start fits the path best.")
         .def_readonly("length_std", &RidgePath::length_std, "Of that; near the one given, the ranges say nothing of the length.")
         .def_readonly("rejected", &RidgePath::rejected, "Ridges left out because they do not fit the others.")
         .def_readonly("iterations", &RidgePath::iterations)
@@ -111,8 +112,8 @@ void bind_ridges(py::module_ m) {
     m.def("track_ridges", &track_ridges, py::arg("data"), py::kw_only(), py::arg("range_start"), py::arg("range_spacing"),
           py::arg("wavelength"), py::arg("resolution"), py::arg("most") = tracking.most, py::arg("half_window") = tracking.half_window,
           py::arg("largest_rate") = tracking.largest_rate, py::arg("threshold_db") = tracking.threshold_db,
-          py::arg("smallest_change") = tracking.smallest_change, py::arg("shortest") = tracking.shortest, py::arg("threads") = 0,
-          py::arg("progress") = py::none(),
+          py::arg("smallest_change") = tracking.smallest_change, py::arg("shortest") = tracking.shortest,
+          py::arg("pieces") = tracking.pieces, py::arg("threads") = 0, py::arg("progress") = py::none(),
           R"(Follow strong scatterers over the pulses: the range of each, pulse by pulse.
 
 Short coherent sums along straight pieces of range, carrier included, keep scatterers apart that pass one another; a ridge is the path of
@@ -130,7 +131,7 @@ range_spacing, wavelength : float
 resolution : float
     m, of range: speed of light / (2 bandwidth).
 most : int
-    Ridges handed back, the strongest first.
+    Ridges followed, the strongest first.
 half_window : int
     Pulses either side of a coherent sum, over which the range of a scatterer must change evenly to a quarter of the wavelength.
 largest_rate : float
@@ -140,7 +141,9 @@ threshold_db : float
 smallest_change : float
     m; ridges whose range changes less may be clutter at rest, and are dropped. 0: three times the resolution.
 shortest : float
-    Share of the pulses that a ridge must cover.
+    Share of the pulses that a ridge must cover, or a piece of one.
+pieces : bool
+    Hand each piece of an interrupted ridge back as a ridge of its own: where scatterers cross, another may follow behind.
 threads, progress
     As everywhere.
 
@@ -192,7 +195,7 @@ length_std : float
 across_std : float
     m, of the displacements across.
 largest_residual : float
-    m, robust standard deviation of a ridge's residuals, beyond which it is left out.
+    m, robust standard deviation of a ridge's residuals; while one exceeds it, the ridge without which the others fit best is left out.
 iterations, tolerance
     At most so many steps; relative gain below which they end.
 

@@ -60,6 +60,7 @@ public:
     /// m, the range of the model less that measured; nan where not seen.
     [[nodiscard]] double residual(std::size_t k, std::ptrdiff_t pulse) const { return residual_at(unknown_, k, pulse); }
     [[nodiscard]] int iterations() const { return iterations_; }
+    [[nodiscard]] double objective() const { return objective(unknown_); }
 
     /// Standard deviations: of the displacement along and across for every pulse, the common stretch apart, and of the stretch.
     struct Spread {

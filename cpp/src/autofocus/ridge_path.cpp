@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -22,6 +23,7 @@ using Start = ArrayView<const double, 2>;
 
 constexpr double sigma_of_median = 1.4826;
 constexpr double least_overlap = 0.25;  // of the pulses, with as many ridges as determine them
+constexpr int trial_iterations = 20;    // of a fit that only tells which ridge to leave out
 
 struct Frame {
     Vector3 origin{};
@@ -120,7 +122,9 @@ public:
         while (determined(used, out)) {
             fit.emplace(range_, line_, used, options_);
             settled = fit->run();
-            if (!leave_out_worst(*fit, used, out)) break;
+            if (worst_residual(*fit, out) <= options_.largest_residual) break;
+            used.erase(used.begin() + odd_one_out(used));
+            ++out.rejected;
             fit.reset();
         }
         if (fit) hand_out(*fit, settled, out);
@@ -148,27 +152,39 @@ private:
         return false;
     }
 
-    // True where one was left out.
-    bool leave_out_worst(const RidgeFit& fit, std::vector<std::ptrdiff_t>& used, RidgePath& out) const {
-        std::size_t worst = 0;
-        double most = 0.0;
-        for (std::size_t k = 0; k < used.size(); ++k) {
+    double worst_residual(const RidgeFit& fit, RidgePath& out) const {
+        double worst = 0.0;
+        for (std::size_t k = 0; k < fit.used().size(); ++k) {
             const Misfit now = misfit(fit, k, range_.extent(1));
-            RidgePoint& point = out.points[static_cast<std::size_t>(used[k])];
+            RidgePoint& point = out.points[static_cast<std::size_t>(fit.used()[k])];
             point.residual = now.robust;
             point.residual_rms = now.rms;
             const RidgeFit::Place place = fit.place(k);
             point.position = frame_.origin + place.along * frame_.along + place.across * frame_.look;
             point.offset = place.offset;
-            if (now.robust > most) {
-                most = now.robust;
-                worst = k;
+            worst = std::max(worst, now.robust);
+        }
+        return worst;
+    }
+
+    // Index of the ridge without which the others fit best: the one that disagrees often fits best itself and bends the path for the
+    // others.
+    [[nodiscard]] std::ptrdiff_t odd_one_out(const std::vector<std::ptrdiff_t>& used) const {
+        RidgePathOptions trial = options_;
+        trial.iterations = std::min(trial.iterations, trial_iterations);
+        std::ptrdiff_t odd = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::ptrdiff_t k = 0; k < std::ssize(used); ++k) {
+            std::vector<std::ptrdiff_t> others = used;
+            others.erase(others.begin() + k);
+            RidgeFit fit(range_, line_, std::move(others), trial);
+            (void)fit.run();
+            if (fit.objective() < least) {
+                least = fit.objective();
+                odd = k;
             }
         }
-        if (!(most > options_.largest_residual)) return false;
-        used.erase(used.begin() + static_cast<std::ptrdiff_t>(worst));
-        ++out.rejected;
-        return true;
+        return odd;
     }
 
     void hand_out(const RidgeFit& fit, bool settled, RidgePath& out) const {

@@ -42,7 +42,7 @@ public:
         for (int k = -grid_.half_window; k <= grid_.half_window; ++k) {
             const std::ptrdiff_t pulse = centre + k;
             if (pulse < 0 || pulse >= samples_.extent(0)) continue;
-            const double weight = window_[static_cast<std::size_t>(k + grid_.half_window)];
+            const double weight = window_[static_cast<std::size_t>(std::ptrdiff_t{k} + grid_.half_window)];
             squares += weight * weight;
             add(pulse, weight, static_cast<double>(rate * k) / grid_.hop);
         }

@@ -71,12 +71,13 @@ public:
         Ridges out;
         Array<float, 3> score = detail::slope_power(samples_, grid_, options_.execution);
         if (!to_score(score.view(), score.size(), options_.threshold_db)) {
+            hand_out(out);
             out.reason = "the echoes are zero";
             return out;
         }
         const auto bins = static_cast<std::ptrdiff_t>(std::ceil(options_.resolution / grid_.step));
         const int rates = 1 + static_cast<int>(std::ceil(0.5 * grid_.wavelength * grid_.hop / (options_.half_window * grid_.step)));
-        for (std::ptrdiff_t look = 0; look < looks_per_ridge * (options_.most + 1) && std::ssize(found_) < options_.most; ++look) {
+        for (std::ptrdiff_t look = 0; look < looks_per_ridge * (options_.most + 1) && followed_ < options_.most; ++look) {
             const detail::RidgeTrace trace = detail::best_trace(score.view());
             if (trace.nodes.empty()) break;
             if (!keep(trace, out)) ++out.dropped;
@@ -87,33 +88,61 @@ public:
     }
 
 private:
+    // False where it is still or too short, as a whole or all its pieces.
     bool keep(const detail::RidgeTrace& trace, Ridges& out) {
         detail::RefinedRidge refined = detail::refine(samples_, grid_, trace, options_.resolution / grid_.step);
+        for (double& value : refined.bin) value = start_ + value * grid_.step;
         Ridge ridge;
         ridge.score = trace.score;
         ridge.power = refined.power;
         ridge.coherence = refined.coherence;
         ridge.envelope_std = refined.envelope_std * grid_.step;
+        if (!survey(refined.bin, ridge) || ridge.change < smallest_change_) return false;
+        const std::size_t before = found_.size();
+        if (options_.pieces) {
+            for (std::vector<double>& piece : pieces_of(refined.bin))
+                if (survey(piece, ridge)) add(std::move(piece), ridge, out);
+        } else {
+            add(std::move(refined.bin), ridge, out);
+        }
+        const bool any = found_.size() > before;
+        followed_ += any ? 1 : 0;
+        return any;
+    }
+
+    void add(std::vector<double> range, const Ridge& ridge, Ridges& out) {
+        out.ridges.push_back(ridge);
+        found_.push_back(std::move(range));
+    }
+
+    static std::vector<std::vector<double>> pieces_of(const std::vector<double>& range) {
+        std::vector<std::vector<double>> out;
+        bool inside = false;
+        for (std::size_t pulse = 0; pulse < range.size(); ++pulse) {
+            const bool seen = !std::isnan(range[pulse]);
+            if (seen && !inside) out.emplace_back(range.size(), std::numeric_limits<double>::quiet_NaN());
+            if (seen) out.back()[pulse] = range[pulse];
+            inside = seen;
+        }
+        return out;
+    }
+
+    // Where the ridge is seen and how far its range goes; false where that is for too few pulses.
+    bool survey(const std::vector<double>& range, Ridge& ridge) const {
         ridge.first = -1;
         double low = std::numeric_limits<double>::infinity();
         double high = -low;
         std::ptrdiff_t seen = 0;
-        for (std::ptrdiff_t pulse = 0; pulse < samples_.extent(0); ++pulse) {
-            double& value = refined.bin[static_cast<std::size_t>(pulse)];
-            if (std::isnan(value)) continue;
-            value = start_ + value * grid_.step;
-            low = std::min(low, value);
-            high = std::max(high, value);
-            if (ridge.first < 0) ridge.first = pulse;
-            ridge.last = pulse;
+        for (std::size_t pulse = 0; pulse < range.size(); ++pulse) {
+            if (std::isnan(range[pulse])) continue;
+            low = std::min(low, range[pulse]);
+            high = std::max(high, range[pulse]);
+            if (ridge.first < 0) ridge.first = static_cast<std::ptrdiff_t>(pulse);
+            ridge.last = static_cast<std::ptrdiff_t>(pulse);
             ++seen;
         }
         ridge.change = seen > 0 ? high - low : 0.0;
-        if (static_cast<double>(seen) < options_.shortest * static_cast<double>(samples_.extent(0)) || ridge.change < smallest_change_)
-            return false;
-        out.ridges.push_back(ridge);
-        found_.push_back(std::move(refined.bin));
-        return true;
+        return seen > 0 && static_cast<double>(seen) >= options_.shortest * static_cast<double>(range.size());
     }
 
     void hand_out(Ridges& out) const {
@@ -130,6 +159,7 @@ private:
     const RidgeOptions& options_;
     double start_;
     double smallest_change_ = 0.0;
+    int followed_ = 0;
     std::vector<std::vector<double>> found_;
 };
 

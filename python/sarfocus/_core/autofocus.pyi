@@ -328,6 +328,7 @@ def track_ridges(
     threshold_db: float = 13.0,
     smallest_change: float = 0.0,
     shortest: float = 0.2,
+    pieces: bool = False,
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> Ridges: ...
@@ -344,7 +345,7 @@ def trajectory_from_ridges(
     step_change: float = 0.0,
     length_std: float = 0.3,
     across_std: float = 0.1,
-    largest_residual: float = 0.03,
+    largest_residual: float = 0.015,
     iterations: int = 200,
     tolerance: float = 1e-08,
 ) -> RidgePath: ...

@@ -13,12 +13,14 @@ namespace sarfocus::autofocus {
 
 struct RidgeOptions {
     double resolution = 0.0;  ///< m, of range: speed of light / (2 bandwidth); required
-    int most = 8;             ///< ridges handed back, the strongest first
+    int most = 8;             ///< ridges followed, the strongest first
     int half_window = 10;  ///< pulses either side of the coherent sum (Hann); over so many the range must change evenly to a quarter wave
     double largest_rate = 0.0;     ///< m per pulse, of a range; 0: a quarter of the wavelength
     double threshold_db = 13.0;    ///< above the median power of the sums, of what belongs to a ridge
     double smallest_change = 0.0;  ///< m, of the range along a ridge: what changes less may be clutter; 0: three times the resolution
-    double shortest = 0.2;         ///< of all pulses, that a ridge must cover
+    double shortest = 0.2;         ///< of all pulses, that a ridge must cover, or a piece of one
+    /// Each piece of an interrupted ridge is handed back as a ridge of its own: where scatterers cross, another may follow behind.
+    bool pieces = false;
     Execution execution;
 
     SARFOCUS_API void validate() const;
@@ -26,9 +28,10 @@ struct RidgeOptions {
 
 /// One ridge.
 struct Ridge {
-    std::ptrdiff_t first = 0;   ///< pulse
-    std::ptrdiff_t last = 0;    ///< pulse, included
-    double score = 0.0;         ///< sum along it of the log of the power over the threshold, capped
+    std::ptrdiff_t first = 0;  ///< pulse
+    std::ptrdiff_t last = 0;   ///< pulse, included
+    double score =
+        0.0;  ///< of the whole, like power, coherence and envelope_std: sum along it of the log of the power over the threshold, capped
     double power = 0.0;         ///< mean power of the coherent sums
     double coherence = 0.0;     ///< mean of |sum|^2 over the power summed: 1 for a lone scatterer without noise
     double envelope_std = 0.0;  ///< m, robust: scatter of the envelope's peak about the range that the phase gives
@@ -38,7 +41,7 @@ struct Ridge {
 struct Ridges {
     Array<double, 2> range;     ///< [n_ridge, n_pulse], m; nan where a ridge isn't seen
     std::vector<Ridge> ridges;  ///< [n_ridge]
-    int dropped = 0;            ///< found, but still or too short
+    int dropped = 0;            ///< followed, but still or too short
     std::string reason;         ///< one sentence
 };
 
