@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from . import ImageGrid, ShapeError, TimeOffset, estimate_time_offset, interpolate_track, path_weights
+from . import ImageGrid, NumericalError, ShapeError, TimeOffset, estimate_time_offset, interpolate_track, path_weights
 from .io import PhaseHistory
 
 Progress = Callable[[str, int, int], bool | None] | None
@@ -95,9 +95,14 @@ def moving_pulses(samples: npt.NDArray[np.number], *, lag: int = 5, share: float
     ------
     ShapeError
         `samples` is not [n_pulse, n_range] with more than 2 `lag` pulses.
+    NumericalError
+        A sample is not finite.
     """
     if samples.ndim != 2 or len(samples) <= 2 * lag or samples.size == 0:
         raise ShapeError(f"samples: expected shape (n_pulse, n_range) with more than {2 * lag} pulses, got {samples.shape}")
+    finite = np.isfinite(samples)
+    if not finite.all():
+        raise NumericalError(f"samples: expected finite ones, got another at {[int(at) for at in np.argwhere(~finite)[0]]}")
     difference = samples[2 * lag :].astype(np.complex128) - samples[: -2 * lag]
     power = np.sum(np.abs(difference) ** 2, axis=1)
     changing = np.flatnonzero(power >= share * np.percentile(power, 90)) + lag

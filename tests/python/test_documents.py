@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs/tutorials").glob("*.md"))]
-MEASURED = {"bwsi_rail": "bwsi/rail_team6_trial6.npz"}  # what a page works on, beside it
+MEASURED = {"bwsi_rail": ("bwsi/rail_team6_trial6.npz", "bwsi/walk_sculpture_trial3.npz")}  # what a page works on, beside it
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#]+)[^)]*\)")
 
@@ -17,8 +17,8 @@ LINK = re.compile(r"\]\(([^)#]+)[^)]*\)")
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)
 def test_its_python_runs(document: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
     """All blocks of a page in order, in one namespace, where they may write files."""
-    if document.stem in MEASURED:
-        recording = request.getfixturevalue("data_directory") / MEASURED[document.stem]
+    for name in MEASURED.get(document.stem, ()):
+        recording = request.getfixturevalue("data_directory") / name
         if not recording.exists():
             pytest.skip(f"no {recording.name} in {recording.parent}")
         (tmp_path / recording.name).symlink_to(recording)

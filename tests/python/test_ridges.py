@@ -128,6 +128,52 @@ def test_hostile_input(ridges):
         sarfocus.trajectory_from_ridges(ridges.range[:, 1:], line(2.2), look=LOOK)
 
 
+def test_silence_is_no_error():
+    silent = sarfocus.track_ridges(np.zeros((N_PULSE, N_RANGE), np.complex64), resolution=RESOLUTION, **RADAR)
+    found = sarfocus.trajectory_from_ridges(silent.range, line(2.2), look=LOOK)
+    assert silent.reason == "the echoes are zero"
+    assert found.status is RidgePathStatus.not_determined
+
+
+def test_pieces_of_ridges_that_go_on_with_another_scatterer(ridges):
+    """Behind a gap each ridge follows the other scatterer: whole, no path fits; in pieces, the path is found as before."""
+    wrong = ridges.range.copy()
+    wrong[:, 115:125] = np.nan
+    wrong[0, 125:], wrong[1, 125:] = ridges.range[1, 125:], ridges.range[0, 125:]
+    pieces = np.full((4, N_PULSE), np.nan)
+    pieces[:2, :115], pieces[2:, 125:] = wrong[:, :115], wrong[:, 125:]
+    whole = sarfocus.trajectory_from_ridges(wrong, line(2.2), look=LOOK)
+    found = sarfocus.trajectory_from_ridges(pieces, line(2.2), look=LOOK)
+    assert whole.status is RidgePathStatus.not_determined or whole.residual_rms > 0.02
+    assert found.residual_rms < 0.004
+    # Half the track tells the length, and so the shape, less well than the whole.
+    assert bwsi.path_difference(np.asarray(found.positions), wavy())["rms_scaled"] < 0.02
+
+
+def test_recordings_that_cannot_be_used(tmp_path):
+    good = {
+        "scan_data": np.random.default_rng(5).standard_normal((120, 200)),
+        "scan_time_s": np.arange(120) / 50.0,
+        "range_bins_m": 4.0 + 0.009 * np.arange(200),
+    }
+    path = tmp_path / bwsi.RAIL
+
+    def refused(message, kind=ValueError, **changed):
+        np.savez(path, **{name: value for name, value in (good | changed).items() if value is not None})
+        with pytest.raises(kind, match=message):
+            bwsi.estimate(path, 1)
+
+    with pytest.raises(ValueError, match="no such file"):
+        bwsi.estimate(path, 1)
+    refused("no path: 0 ridges found")
+    refused("expected the field scan_time_s", scan_time_s=None)
+    refused("times that rise", scan_time_s=np.full(120, np.nan))
+    refused("more than 10 pulses", sarfocus.ShapeError, scan_data=good["scan_data"][:8], scan_time_s=good["scan_time_s"][:8])
+    spoilt = good["scan_data"].copy()
+    spoilt[7, 9] = np.nan
+    refused(r"\[7, 9\]", sarfocus.NumericalError, scan_data=spoilt)
+
+
 def test_moving_pulses():
     path = wavy()
     path[:60], path[-40:] = path[60], path[-40]

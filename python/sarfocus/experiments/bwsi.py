@@ -15,9 +15,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import ImageGrid, RidgePath, Ridges, backproject, backproject_histories, gpga, quality, track_ridges, trajectory_from_ridges
+from .. import (
+    ImageGrid,
+    RidgePath,
+    RidgePathStatus,
+    Ridges,
+    backproject,
+    backproject_histories,
+    quality,
+    track_ridges,
+    trajectory_from_ridges,
+)
 from ..io import PhaseHistory, read_bwsi
 from ..io.bwsi import BAND, bwsi_history
+from ..io.errors import reading
 from ..io.numpy_files import load_npz
 from ..motion import moving_pulses, synchronised
 from .model import Reproduction, Requirement, at_least, at_most
@@ -26,11 +37,15 @@ RAIL, WALK = "rail_team6_trial6.npz", "walk_sculpture_trial3.npz"
 RESOLUTION = 299792458.0 / 2.0 / (BAND[1] - BAND[0])  # m, of range
 SPEED = {RAIL: 0.5, WALK: 1.0}  # m/s, of the start: a carriage, a person
 LINE, CAPTURE, ESTIMATE = "straight line", "motion capture", "estimated"
-LINE_FITTED, TURNED = "line of that length", "and a phase per pulse"
-WALK_RIDGES = 16
+LINE_FITTED = "line of that length"
+# A person sways by decimetres; sculptures hide one another, so that a ridge goes on with another point behind a gap.
+WALK_RIDGES: dict[str, Any] = {"pieces": True, "shortest": 0.1}
+WALK_FIT: dict[str, Any] = {"across": True, "across_std": 0.3, "range_std": 0.01, "largest_residual": 0.04}
 ALONG, LOOK = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])  # of the start, the axes of the capture for the sake of the pictures
-STEP, CHIP, FINE = 0.02, 0.4, 0.005  # m: of the search, half size and pixel of a chip
+SEARCH, CHIP = (1.0, 0.02), (0.4, 0.005)  # m: half size and pixel
 WALK_PIXEL, WALK_MARGIN, WALK_DEPTH = 0.03, 3.0, (4.0, 14.0)  # m
+BRIGHTEST, APART = 8, 0.6  # scatterers of the walk measured; m
+RAIL_PIXEL, RAIL_HALF, RAIL_DEPTH = 0.02, 5.2, (5.5, 10.0)  # m
 FloatArray = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex64]
 Progress = Callable[[str, int, int], None] | None
@@ -45,17 +60,9 @@ class Scene:
     range_start: float  # m
 
     @property
-    def arguments(self) -> dict[str, float]:
+    def arguments(self) -> dict[str, Any]:
         """Of `backproject` and others."""
         return {"range_start": self.range_start, "range_spacing": self.history.range_spacing, "wavelength": self.history.wavelength}
-
-
-@dataclasses.dataclass(frozen=True)
-class Chip:
-    """A reflector close up, in the plane of track and look."""
-
-    image: Complex
-    row: dict[str, float]
 
 
 def run(*, data: str | os.PathLike[str] | None = None, threads: int = 0, progress: Progress = None) -> Reproduction:
@@ -69,24 +76,24 @@ def run(*, data: str | os.PathLike[str] | None = None, threads: int = 0, progres
     Raises
     ------
     ValueError
-        No such files.
+        No folder named, no such files, or one of them does not tell a path.
     """
     named = data if data is not None else os.environ.get("SARFOCUS_DATA")
     if named is None:
         raise ValueError("data: expected the folder that holds bwsi/*.npz, by --data or in SARFOCUS_DATA, got none")
     folder = Path(named) / "bwsi"
-    made = []
+    made: list[tuple[list[dict[str, Any]], list[Requirement], dict[str, Any]]] = []
     for step, one in enumerate((rail, walk)):
         made.append(one(folder, threads))
         if progress is not None:
             progress("bwsi-trajectory", step + 1, 2)
-    rows, required, pictures = ([part[k] for part in made] for k in range(3))
+    rows, required, pictures = zip(*made, strict=True)
     parameters = {
         "resolution": RESOLUTION,
         "start_speed": SPEED,
         "files": [RAIL, WALK],
-        "walk_ridges": WALK_RIDGES,
         "walk_pixel": WALK_PIXEL,
+        **{f"walk_{name}": value for name, value in (WALK_RIDGES | WALK_FIT).items()},
     }
     return Reproduction(
         name="bwsi-trajectory",
@@ -98,8 +105,20 @@ def run(*, data: str | os.PathLike[str] | None = None, threads: int = 0, progres
 
 
 def echoes(path: Path) -> tuple[PhaseHistory, slice]:
-    """Return the phase history of the moving platform without its motion, and which pulses these are."""
-    fields = load_npz(path)
+    """Return the phase history of the moving platform without its motion, and which pulses these are.
+
+    Raises
+    ------
+    ValueError
+        Fields are missing.
+    ShapeError
+        Too few pulses.
+    """
+    with reading(path):
+        fields = load_npz(path)
+    missing = [name for name in ("scan_data", "scan_time_s", "range_bins_m") if name not in fields]
+    if missing:
+        raise ValueError(f"{path.name}: expected the field {missing[0]}, got {', '.join(fields) or 'none'}")
     moving = moving_pulses(fields["scan_data"])
     kept = {name: fields[name][moving] for name in ("scan_data", "scan_time_s")} | {"range_bins_m": fields["range_bins_m"]}
     return bwsi_history(kept, path.name), moving
@@ -111,14 +130,26 @@ def straight_start(duration: float, n_pulse: int, speed: float) -> FloatArray:
     return line
 
 
-def estimate(path: Path, threads: int, speed: float | None = None, most: int = 8, **options: Any) -> tuple[Scene, slice, Ridges, RidgePath]:
-    """Return the echoes with the straight line at `speed`, which pulses they are, the ridges, and the path found from them."""
+def estimate(
+    path: Path, threads: int, speed: float | None = None, *, tracking: Mapping[str, Any] | None = None, **options: Any
+) -> tuple[Scene, slice, Ridges, RidgePath]:
+    """Return the echoes with the straight line at `speed`, which pulses they are, the ridges, and the path found from them.
+
+    Raises
+    ------
+    ValueError
+        Fields are missing, times do not rise, or the ridges do not determine a path.
+    """
     history, moving = echoes(path)
     time = load_npz(path)["scan_time_s"][moving]
+    if not np.all(np.diff(time) > 0.0):
+        raise ValueError(f"{path.name}: scan_time_s: expected times that rise from pulse to pulse")
     start = straight_start(float(time[-1] - time[0]), len(time), SPEED[path.name] if speed is None else speed)
     scene = Scene(history, start, float(history.range_start))
-    ridges = track_ridges(history.data, resolution=RESOLUTION, most=most, threads=threads, **scene.arguments)
+    ridges = track_ridges(history.data, resolution=RESOLUTION, threads=threads, **(tracking or {}), **scene.arguments)
     found = trajectory_from_ridges(ridges.range, start, look=(1.0, 0.0, 0.0), **options)
+    if found.status is RidgePathStatus.not_determined:
+        raise ValueError(f"{path.name}: no path: {ridges.reason}; {found.reason}")
     return scene, moving, ridges, found
 
 
@@ -144,18 +175,22 @@ def rail(folder: Path, threads: int) -> tuple[list[dict[str, Any]], list[Require
     )  # only the scatterers move: where the straight line has them
     places = {LINE: by_track(still), CAPTURE: reflectors[np.argsort(reflectors @ ALONG)], ESTIMATE: by_track(found)}
     scenes = {LINE: line, CAPTURE: on_capture, ESTIMATE: on_estimate}
-    chips = {name: [close_up(scene, place, threads) for place in places[name]] for name, scene in scenes.items()}
-    reference = chips[CAPTURE]
+    peaks = {name: [peak_near(scene, place, threads) for place in places[name]] for name, scene in scenes.items()}
+    if len(peaks[ESTIMATE]) != len(reflectors):
+        raise ValueError(
+            f"{path.name}: expected {len(reflectors)} ridges, one for each reflector, got {len(peaks[ESTIMATE])}: {found.reason}"
+        )
     rows: list[dict[str, Any]] = []
     for name, scene in scenes.items():
         row: dict[str, Any] = {"recording": "rail", "method": name} | path_difference(scene.positions, on_capture.positions)
-        for number, (chip, compared) in enumerate(zip(chips[name], reference, strict=True), start=1):
-            values = chip.row | {"peak_db": chip.row["peak_db"] - compared.row["peak_db"]}
+        for number, (peak, compared) in enumerate(zip(peaks[name], peaks[CAPTURE], strict=True), start=1):
+            values = measure(peak) | {"peak_db": peak.level_db - compared.level_db}
             row |= {f"reflector_{number}_{what}": value for what, value in values.items()}
         rows.append(row)
     rows[-1] |= summary(found) | {"time_offset_of_the_capture": offset}
     pictures = {
-        "chips": {name: [chip.image for chip in each] for name, each in chips.items()},
+        "chips": {name: [(peak.image, peak.beside) for peak in each] for name, each in peaks.items()},
+        "scenes": {name: rail_scene(scene, [peak.place for peak in peaks[name]], threads) for name, scene in scenes.items()},
         "difference": difference_along(found, on_capture.positions),
     }
     return rows, rail_required(rows), pictures
@@ -181,34 +216,71 @@ def summary(found: RidgePath) -> dict[str, Any]:
     }
 
 
-def close_up(scene: Scene, place: FloatArray, threads: int) -> Chip:
-    """Find the peak near `place` and measure it."""
+def across_track(scene: Scene, place: FloatArray) -> FloatArray:
+    """Return the unit vector from the track to `place`, at a right angle to the track."""
     towards = place - scene.positions.mean(axis=0)
-    look = towards - (towards @ ALONG) * ALONG
-    look /= np.linalg.norm(look)
+    look: FloatArray = towards - (towards @ ALONG) * ALONG
+    return look / np.linalg.norm(look)
+
+
+@dataclasses.dataclass(frozen=True)
+class Peak:
+    """What is brightest near a place."""
+
+    image: Complex  # round it
+    at: tuple[int, int]
+    place: FloatArray  # m
+    beside: tuple[float, float]  # m, of the place expected less the image's middle: across, along
+    coherence: float
+
+    @property
+    def level_db(self) -> float:
+        """Of the peak."""
+        return 20.0 * float(np.log10(abs(self.image[self.at])))
+
+
+def peak_near(scene: Scene, expected: FloatArray, threads: int, within: float = SEARCH[0]) -> Peak:
+    """Find the peak near the place expected."""
+    look = across_track(scene, expected)
     data = scene.history.data
-    for step, half_size in ((STEP, CHIP), (FINE, CHIP)):
+    place = expected
+    for half_size, step in ((within, SEARCH[1]), (min(within, CHIP[0]), CHIP[1])):
+        middle = place
         n = 2 * round(half_size / step) + 1
-        corner = place - 0.5 * (n - 1) * step * (ALONG + look)
-        grid = ImageGrid.plane(corner, step * ALONG, step * look, (n, n))
+        grid = ImageGrid.plane(middle - 0.5 * (n - 1) * step * (ALONG + look), step * ALONG, step * look, (n, n))
         image = backproject(data, scene.positions, grid, threads=threads, **scene.arguments)
-        at = np.unravel_index(np.argmax(np.abs(image)), image.shape)
-        place = np.asarray(grid.position(float(at[0]), float(at[1])))
+        row, column = (int(at) for at in np.unravel_index(np.argmax(np.abs(image)), image.shape))
+        place = np.asarray(grid.position(float(row), float(column)))
     terms = backproject_histories(data, scene.positions, place[None], threads=threads, **scene.arguments)[0]
-    response = quality.point_response(image, (int(at[0]), int(at[1])), upsample=8)
-    return Chip(
-        image,
-        {
-            "peak_db": 20.0 * float(np.log10(np.abs(image).max())),
-            "coherence": float(abs(terms.sum()) ** 2 / np.abs(terms).sum() ** 2),
-            "irw_along": FINE * response.azimuth.irw,
-            "pslr_along_db": response.azimuth.pslr_db,
-        },
-    )
+    coherence = float(abs(terms.sum()) ** 2 / np.abs(terms).sum() ** 2)
+    return Peak(image, (row, column), place, (float((expected - middle) @ look), float((expected - middle) @ ALONG)), coherence)
+
+
+def measure(peak: Peak) -> dict[str, float]:
+    """Return the figures of a reflector."""
+    response = quality.point_response(peak.image, peak.at, upsample=8)
+    return {
+        "peak_db": peak.level_db,
+        "coherence": peak.coherence,
+        "irw_along": CHIP[1] * response.azimuth.irw,
+        "irw_across": CHIP[1] * response.range.irw,
+        "pslr_along_db": response.azimuth.pslr_db,
+    }
+
+
+def rail_scene(scene: Scene, places: list[FloatArray], threads: int) -> tuple[Complex, list[tuple[float, float]]]:
+    """Form the scene in the plane of track and reflectors; and the reflectors' places in it, across and along (m)."""
+    middle = scene.positions.mean(axis=0)
+    look = across_track(scene, np.mean(places, axis=0))
+    shape = (round(2.0 * RAIL_HALF / RAIL_PIXEL), round((RAIL_DEPTH[1] - RAIL_DEPTH[0]) / RAIL_PIXEL))
+    corner = middle - RAIL_HALF * ALONG + RAIL_DEPTH[0] * look
+    grid = ImageGrid.plane(corner, RAIL_PIXEL * ALONG, RAIL_PIXEL * look, shape)
+    image = backproject(scene.history.data, scene.positions, grid, threads=threads, **scene.arguments)
+    return image, [(float((place - middle) @ look), float((place - middle) @ ALONG)) for place in places]
 
 
 def aligned(positions: FloatArray, truth: FloatArray, *, scaled: bool) -> FloatArray:
-    """Return the positions turned and moved, and stretched where `scaled`, to fit the truth best."""
+    """Return the positions turned, mirrored and moved, and stretched where `scaled`, to fit the truth best."""
     here, there = positions - positions.mean(axis=0), truth - truth.mean(axis=0)
     left, singular, right = np.linalg.svd(here.T @ there)
     factor = singular.sum() / np.sum(here**2) if scaled else 1.0
@@ -253,34 +325,42 @@ def rail_required(rows: list[dict[str, Any]]) -> list[Requirement]:
 
 def walk(folder: Path, threads: int) -> tuple[list[dict[str, Any]], list[Requirement], dict[str, Any]]:
     """Run the recording carried by hand: rows, requirements, pictures."""
-    line, _, _, found = estimate(folder / WALK, threads, most=WALK_RIDGES, range_std=0.005, largest_residual=0.05)
+    line, _, _, found = estimate(folder / WALK, threads, tracking=WALK_RIDGES, **WALK_FIT)
     fitted = dataclasses.replace(line, positions=line.positions * found.length_ratio)
     scenes = {LINE: line, LINE_FITTED: fitted, ESTIMATE: dataclasses.replace(line, positions=np.asarray(found.positions))}
-    images = {name: walk_image(scene, threads) for name, scene in scenes.items()}
-    judged, images[TURNED] = phase_besides(scenes[ESTIMATE], threads)
+    grid = walk_grid(line.positions)
+    images = {
+        name: backproject(scene.history.data, scene.positions, grid, threads=threads, **scene.arguments) for name, scene in scenes.items()
+    }
     rows: list[dict[str, Any]] = [
         {"recording": "walk", "method": name, "sharpness": quality.sharpness(image), "entropy": quality.entropy(image)}
+        | brightest(scenes[name], image, grid, threads)
         for name, image in images.items()
     ]
+    reference = rows[0]["brightest_peak_db"]
+    for row in rows:
+        row["brightest_peak_db"] -= reference
     rows[2] |= summary(found)
-    rows[3] |= judged
     lines, estimated = rows[:2], rows[2]
     required = [
-        at_least("walk: ridges that fit together", float(estimated["ridges"]), 3.0),
-        at_least("walk: sharpness over that of the sharper line", estimated["sharpness"] / max(row["sharpness"] for row in lines), 1.0),
-        at_most("walk: entropy less the lower of the lines'", estimated["entropy"] - min(row["entropy"] for row in lines), -0.1),
+        at_least("walk: ridges that fit together", float(estimated["ridges"]), 4.0),
+        at_least("walk: sharpness over that of the sharper line", estimated["sharpness"] / max(row["sharpness"] for row in lines), 1.5),
+        at_most("walk: entropy less the lower of the lines'", estimated["entropy"] - min(row["entropy"] for row in lines), -0.3),
     ]
-    return rows, required, {"images": images, "path": np.asarray(found.positions), "points": by_track(found)}
+    return rows, required, {name: (image, []) for name, image in images.items()}
 
 
-def phase_besides(scene: Scene, threads: int) -> tuple[dict[str, Any], Complex]:
-    """Return what `gpga` says of the scene, and the image with the phase per pulse that it found, judged or not."""
-    grid = walk_grid(scene.positions)
-    data = scene.history.data
-    judged = gpga(data, scene.positions, grid, threads=threads, **scene.arguments)
-    turned = (data * np.exp(-1j * np.asarray(judged.estimate))[:, None]).astype(np.complex64)
-    image = backproject(turned, scene.positions, grid, threads=threads, **scene.arguments)
-    return {"status": judged.status.name, "reason": judged.diagnostics["score"]["reason"]}, image
+def brightest(scene: Scene, image: Complex, grid: ImageGrid, threads: int) -> dict[str, float]:
+    """Return medians over the brightest scatterers of an image, each at least `APART` from the others along or across."""
+    left = np.abs(image)
+    around = round(APART / WALK_PIXEL)
+    peaks = []
+    for _ in range(BRIGHTEST):
+        row, column = (int(at) for at in np.unravel_index(np.argmax(left), left.shape))
+        peaks.append(peak_near(scene, np.asarray(grid.position(float(row), float(column))), threads, 0.25 * APART))
+        left[max(0, row - around) : row + around + 1, max(0, column - around) : column + around + 1] = 0.0
+    levels, coherences = [peak.level_db for peak in peaks], [peak.coherence for peak in peaks]
+    return {"brightest_peak_db": float(np.median(levels)), "brightest_coherence": float(np.median(coherences))}
 
 
 def walk_grid(positions: FloatArray) -> ImageGrid:
@@ -291,21 +371,18 @@ def walk_grid(positions: FloatArray) -> ImageGrid:
     return ImageGrid.plane(first * ALONG + WALK_DEPTH[0] * LOOK, WALK_PIXEL * ALONG, WALK_PIXEL * LOOK, shape)
 
 
-def walk_image(scene: Scene, threads: int) -> Complex:
-    """Form the scene beside the track."""
-    return backproject(scene.history.data, scene.positions, walk_grid(scene.positions), threads=threads, **scene.arguments)
-
-
 def draw(result: Reproduction, folder: Path) -> list[Path]:
     """Draw the reflectors, the difference of the paths and the walk; return the files written."""
     from ..report import trajectory_figures as figures  # noqa: PLC0415  matplotlib only where a picture is wanted
     from ..report.figures import save  # noqa: PLC0415
 
     rail_held: Mapping[str, Any] = result.pictures["rail"]
+    walk_held: Mapping[str, Any] = result.pictures["walk"]
     made = {
-        "rail": figures.chips_figure(rail_held["chips"], FINE),
+        "rail": figures.chips_figure(rail_held["chips"], CHIP[1]),
+        "scene": figures.scenes_figure(rail_held["scenes"], RAIL_PIXEL, (RAIL_DEPTH[0], -RAIL_HALF)),
         "path": figures.difference_figure(rail_held["difference"]),
-        "walk": figures.scenes_figure(result.pictures["walk"]["images"], WALK_PIXEL),
+        "walk": figures.scenes_figure(walk_held, WALK_PIXEL, (WALK_DEPTH[0], -0.5 * WALK_PIXEL * len(next(iter(walk_held.values()))[0]))),
     }
     paths = [folder / f"bwsi_trajectory_{name}.png" for name in made]
     for picture, path in zip(made.values(), paths, strict=True):
