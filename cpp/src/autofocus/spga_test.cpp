@@ -153,7 +153,7 @@ TEST(SpgaLinear, GaugesDifferByALineAlone) {
     const Outcome tied = run(strip, options);
     EXPECT_LT(gauge_free_rms(first.result.phase_error, mean.result.phase_error), 1e-9);
     EXPECT_LT(gauge_free_rms(tied.result.phase_error, mean.result.phase_error), 1e-9);
-    EXPECT_EQ(first.result.points.front().shift, 0.0);
+    EXPECT_NEAR(first.result.points.front().shift, 0.0, 1e-9);  // rounding of the line that is taken off
     // Not moved on average, all alike but for those that tell next to nothing.
     double shift = 0.0;
     double count = 0.0;
