@@ -113,6 +113,38 @@ def driver_violations(root: Path) -> list[str]:
     return out
 
 
+def shared_names(root: Path) -> dict[str, list[str]]:
+    """Types that several headers define under one full name: the linker keeps one of them, silently, for all."""
+    found: dict[str, set[str]] = {}
+    for path in cpp_files(root / "cpp"):
+        spaces: list[str] = []
+        depth = 0
+        for line in text_of(path).split("\n") if path.suffix == ".hpp" else []:
+            if opened := re.match(r"namespace ([\w:]+) \{", line):
+                spaces.append(opened[1])
+                continue
+            if spaces and depth == 0 and (defined := re.match(r"(?:struct|class|enum class) (?:SARFOCUS_API )?(\w+)[^;]*\{", line)):
+                found.setdefault("::".join([*spaces, defined[1]]), set()).add(path.relative_to(root).as_posix())
+            if depth == 0 and line.startswith("}") and spaces:
+                spaces.pop()
+                continue
+            depth += line.count("{") - line.count("}")
+    return {name: sorted(paths) for name, paths in found.items() if len(paths) > 1}
+
+
+def test_no_two_headers_define_one_type() -> None:
+    assert shared_names(ROOT) == {}
+
+
+def test_types_of_one_name_are_found(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        header = tmp_path / f"cpp/src/{name}.hpp"
+        header.parent.mkdir(parents=True, exist_ok=True)
+        inner = f"class {name.title()} {{\n    struct Inner {{}};\n}};"
+        header.write_text(f"namespace a::b {{\n\nstruct Place {{\n    int {name};\n}};\n\n{inner}\n\n}}  // namespace a::b\n")
+    assert shared_names(tmp_path) == {"a::b::Place": ["cpp/src/one.hpp", "cpp/src/two.hpp"]}
+
+
 def test_modules_include_only_what_is_right_of_them() -> None:
     assert library_violations(ROOT) == []
 

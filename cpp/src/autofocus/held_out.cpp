@@ -90,8 +90,8 @@ void Brightest::add(const ImageView& image, const Execution& execution) {
     });
 }
 
-std::vector<Place> Brightest::places(const std::vector<std::ptrdiff_t>& gates, const std::vector<bool>& inner, const PlaceRule& rule,
-                                     const Execution& execution) const {
+std::vector<JudgedPoint> Brightest::places(const std::vector<std::ptrdiff_t>& gates, const std::vector<bool>& inner, const PlaceRule& rule,
+                                           const Execution& execution) const {
     const std::ptrdiff_t n = power_.extent(0);
     Array<bool, 2> mask(power_.extents());
     for (std::ptrdiff_t i = 0; i < n; ++i)
@@ -104,10 +104,10 @@ std::vector<Place> Brightest::places(const std::vector<std::ptrdiff_t>& gates, c
     options.minimum = background_ * (std::log(looks) + chance);
     options.execution = execution;
     const std::vector<detect::Point> maxima = detect::local_maxima(power_.view(), options, mask.view());
-    std::vector<Place> out;
+    std::vector<JudgedPoint> out;
     for (const detect::Point& p : maxima) {
         if (out.size() == most_places || (!out.empty() && p.intensity < dynamic_range * out.front().power)) break;
-        const bool alone = std::none_of(out.begin(), out.end(), [&](const Place& q) {
+        const bool alone = std::none_of(out.begin(), out.end(), [&](const JudgedPoint& q) {
             const auto gates_apart = static_cast<double>(std::abs(gates[at(q.column)] - gates[at(p.range)]));
             if (gates_apart > range_cells_apart * rule.range_cell) return false;
             const std::ptrdiff_t apart = circular_distance(p.azimuth, q.azimuth, n);
@@ -131,7 +131,7 @@ double band_centre(const Subject& subject) {
     return std::abs(correlation) > full_band * power ? std::arg(correlation) / two_pi : 0.0;
 }
 
-PlaceMeasures measure(const ImageView& image, double centre, const std::vector<Place>& places, const PlaceRule& rule,
+PlaceMeasures measure(const ImageView& image, double centre, const std::vector<JudgedPoint>& places, const PlaceRule& rule,
                       const Execution& execution) {
     constexpr std::ptrdiff_t factor = 4;  // a parabola through the logarithm is good to 0.01 dB then
     const std::ptrdiff_t n = image.extent(0);
@@ -140,7 +140,7 @@ PlaceMeasures measure(const ImageView& image, double centre, const std::vector<P
     out.peak_db.resize(places.size());
     out.entropy.resize(places.size());
     parallel_for(execution, "measure points", static_cast<std::int64_t>(places.size()), [&](std::int64_t p) {
-        const Place& place = places[at(p)];
+        const JudgedPoint& place = places[at(p)];
         Array<cfloat, 1> fine({n * factor});
         upsampler.apply(image.column(place.column), fine.view());
         out.peak_db[at(p)] = interpolated_peak_db(fine, place.azimuth * factor, rule.search * factor);
@@ -149,16 +149,16 @@ PlaceMeasures measure(const ImageView& image, double centre, const std::vector<P
     return out;
 }
 
-PlaceMeasures measure_without(const Subject& subject, const std::vector<double>& phase, double centre, const std::vector<Place>& places,
-                              const PlaceRule& rule, const Execution& execution) {
+PlaceMeasures measure_without(const Subject& subject, const std::vector<double>& phase, double centre,
+                              const std::vector<JudgedPoint>& places, const PlaceRule& rule, const Execution& execution) {
     if (places.empty()) return {};
     std::vector<std::ptrdiff_t> columns;
-    for (const Place& p : places) columns.push_back(p.column);
+    for (const JudgedPoint& p : places) columns.push_back(p.column);
     std::sort(columns.begin(), columns.end());
     columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
     const Part part(subject, columns, execution);
-    std::vector<Place> moved = places;
-    for (Place& p : moved) p.column = std::lower_bound(columns.begin(), columns.end(), p.column) - columns.begin();
+    std::vector<JudgedPoint> moved = places;
+    for (JudgedPoint& p : moved) p.column = std::lower_bound(columns.begin(), columns.end(), p.column) - columns.begin();
     Array<cfloat, 2> corrected(part.subject().image.extents());
     take_out(part.subject(), phase, corrected.view(), execution);
     return measure(corrected.view(), centre, moved, rule, execution);
@@ -170,7 +170,7 @@ std::string objection_of_points(const Subject& subject, const ImageView& correct
     brightest.add(corrected, execution);
     std::vector<std::ptrdiff_t> gates(at(corrected.extent(1)));
     std::iota(gates.begin(), gates.end(), std::ptrdiff_t{0});
-    const std::vector<Place> places = brightest.places(gates, std::vector<bool>(gates.size(), true), rule, execution);
+    const std::vector<JudgedPoint> places = brightest.places(gates, std::vector<bool>(gates.size(), true), rule, execution);
     const PlaceMeasures before = measure(subject.image, centre, places, rule, execution);
     const PlaceMeasures after = measure(corrected, centre, places, rule, execution);
     double mean = 0.0;

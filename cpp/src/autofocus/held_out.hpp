@@ -14,7 +14,7 @@
 namespace sarfocus::autofocus::detail {
 
 /// A strong point to judge by.
-struct Place {
+struct JudgedPoint {
     std::ptrdiff_t azimuth = 0;
     std::ptrdiff_t column = 0;
     double power = 0.0;  ///< the largest in any of the images
@@ -36,8 +36,8 @@ public:
 
     /// Places that stand out of speckle as bright as `first` has between its points, strongest first; nothing that may be another's side
     /// lobe. gates: of every column; inner: columns that count.
-    [[nodiscard]] std::vector<Place> places(const std::vector<std::ptrdiff_t>& gates, const std::vector<bool>& inner, const PlaceRule& rule,
-                                            const Execution& execution) const;
+    [[nodiscard]] std::vector<JudgedPoint> places(const std::vector<std::ptrdiff_t>& gates, const std::vector<bool>& inner,
+                                                  const PlaceRule& rule, const Execution& execution) const;
 
 private:
     Array<float, 2> power_;
@@ -54,11 +54,11 @@ struct PlaceMeasures {
 /// Cycles per azimuth sample: the middle of the occupied band.
 [[nodiscard]] double band_centre(const Subject& subject);
 
-[[nodiscard]] PlaceMeasures measure(const ImageView& image, double centre, const std::vector<Place>& places, const PlaceRule& rule,
+[[nodiscard]] PlaceMeasures measure(const ImageView& image, double centre, const std::vector<JudgedPoint>& places, const PlaceRule& rule,
                                     const Execution& execution);
 /// Of the image without a phase error; only the columns that hold places are corrected.
 [[nodiscard]] PlaceMeasures measure_without(const Subject& subject, const std::vector<double>& phase, double centre,
-                                            const std::vector<Place>& places, const PlaceRule& rule, const Execution& execution);
+                                            const std::vector<JudgedPoint>& places, const PlaceRule& rule, const Execution& execution);
 
 /// What the strong points of a whole image and of its correction have against the correction: that their peaks fall on average, or that
 /// more than a tenth of them lose 3 dB. Empty: nothing.

@@ -74,7 +74,7 @@ private:
     double centre_;
     const Execution& execution_;
     Brightest brightest_;
-    std::vector<Place> places_;
+    std::vector<JudgedPoint> places_;
     PlaceMeasures before_;
 };
 
