@@ -1,6 +1,9 @@
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
+
+#include <pybind11/stl.h>
 
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/focus/backproject.hpp>
@@ -55,8 +58,11 @@ py::array backproject_histories(const py::object& data, const py::object& positi
 }
 
 py::array project(const py::object& scene, const ImageGrid& grid, const py::object& positions, std::ptrdiff_t n_range,
-                  const py::object& range_start, double range_spacing, double wavelength, const py::object& out, int threads,
+                  const py::object& range_start, double range_spacing, double wavelength,
+                  const std::optional<std::pair<Vector3, std::pair<double, double>>>& aspect, const py::object& out, int threads,
                   const py::object& progress) {
+    focus::Aspect beam;
+    if (aspect) beam = {aspect->first, aspect->second.first, aspect->second.second};
     const auto pixels = input<cfloat, 2>(scene, "scene");
     const Positions centres = positions_of(positions);
     const auto start = range_start_of(range_start);
@@ -66,7 +72,7 @@ py::array project(const py::object& scene, const ImageGrid& grid, const py::obje
     options.execution = execution(threads, progress);
     {
         const py::gil_scoped_release release;
-        focus::project(pixels.view, grid, centres.view(), {data.view, start.view, range_spacing, wavelength}, data.view, options);
+        focus::project(pixels.view, grid, centres.view(), {data.view, start.view, range_spacing, wavelength}, data.view, options, beam);
     }
     return data.owner;
 }
@@ -228,8 +234,9 @@ Returns
 complex64 [n_point, n_pulse]
     Zero where a pulse did not record the point.)");
     m.def("project", &project, py::arg("scene"), py::arg("grid"), py::arg("positions"), py::kw_only(), py::arg("n_range"),
-          py::arg("range_start"), py::arg("range_spacing"), py::arg("wavelength"), py::arg("out") = py::none(), py::arg("threads") = 0,
-          py::arg("progress") = py::none(), R"(The adjoint of `backproject`: the echo of a scene, up to the pulse's spectrum.
+          py::arg("range_start"), py::arg("range_spacing"), py::arg("wavelength"), py::arg("aspect") = py::none(),
+          py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+          R"(The adjoint of `backproject`: the echo of a scene, up to the pulse's spectrum.
 
 Parameters
 ----------
@@ -239,6 +246,8 @@ grid, positions, range_start, range_spacing, wavelength
     As for `backproject`.
 n_range : int
     Range samples of a pulse.
+aspect : ((float, float, float), (float, float)), optional
+    Of the beam: a unit vector along the track, and from which to which sine of the angle from broadside a pulse illuminates pixels.
 
 Returns
 -------

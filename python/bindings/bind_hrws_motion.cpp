@@ -41,12 +41,14 @@ py::dict timings_of(const std::vector<autofocus::Timing>& timings) {
 
 std::unique_ptr<PythonSiMec> si_mec(const PythonEcho& echo, const geometry::ImageGrid& grid,
                                     const std::vector<geometry::ImageGrid>& regions, const std::string& unknowns,
-                                    const std::string& reconstruction, const py::object& knots, const Vector3& up, double search,
-                                    double agreement, bool do_no_harm, const std::string& interpolation, double doppler_bandwidth,
-                                    double doppler_centroid, std::optional<double> margin, double noise, double condition_limit,
-                                    std::ptrdiff_t half_width, const py::object& out, int threads, const py::object& progress) {
+                                    const std::string& reconstruction, const std::string& pixels, const py::object& knots,
+                                    const Vector3& up, double search, double agreement, bool do_no_harm, const std::string& interpolation,
+                                    double doppler_bandwidth, double doppler_centroid, std::optional<double> margin, double noise,
+                                    double condition_limit, std::ptrdiff_t half_width, const py::object& out, int threads,
+                                    const py::object& progress) {
     hrws::SiMecOptions options;
     options.motion.unknowns = unknowns_of(unknowns);
+    options.motion.pixels = pixels_of(pixels);
     options.motion.knots = knots.is_none() ? 0 : knots.cast<int>();
     options.motion.up = up;
     options.motion.search = search;
@@ -177,11 +179,11 @@ void bind_results(py::module_& m) {
 void bind_si_mec(py::module_& m) {
     const hrws::SiMecOptions defaults;
     m.def("si_mec", &si_mec, py::arg("echo"), py::arg("grid"), py::arg("regions"), py::arg("unknowns") = "height",
-          py::arg("reconstruction") = "folded", py::kw_only(), py::arg("knots") = py::none(), py::arg("up") = defaults.motion.up,
-          py::arg("search") = defaults.motion.search, py::arg("agreement") = defaults.agreement, py::arg("do_no_harm") = true,
-          py::arg("interpolation") = "mmse", py::arg("doppler_bandwidth") = 0.0, py::arg("doppler_centroid") = 0.0,
-          py::arg("margin") = py::none(), py::arg("noise") = 1e-3, py::arg("condition_limit") = 1e3, py::arg("half_width") = 8,
-          py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+          py::arg("reconstruction") = "folded", py::kw_only(), py::arg("pixels") = "joint", py::arg("knots") = py::none(),
+          py::arg("up") = defaults.motion.up, py::arg("search") = defaults.motion.search, py::arg("agreement") = defaults.agreement,
+          py::arg("do_no_harm") = true, py::arg("interpolation") = "mmse", py::arg("doppler_bandwidth") = 0.0,
+          py::arg("doppler_centroid") = 0.0, py::arg("margin") = py::none(), py::arg("noise") = 1e-3, py::arg("condition_limit") = 1e3,
+          py::arg("half_width") = 8, py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
           R"(Motion compensation of a multichannel strip by sub-images [Zhou2022]: from the echo to the image.
 
 The motion of the platform that makes one strong point in each region brightest is estimated from the terms of all channels, then the image is
@@ -199,6 +201,10 @@ unknowns : {"height", "cross_track", "full"}
     and 4 regions. With "cross_track" and two regions the motion is solved for: no region can then vouch for the other.
 reconstruction : {"folded", "sub_image"}
     As for `reconstruct`.
+pixels : {"joint", "brightest"}
+    joint: every region's pixel is the one that together with the others can be made most coherent; for a few points that stand out of the
+    echo of a pulse. brightest: the brightest pixel of the image as it stands, then of that with the motion found; for tens to thousands of
+    points that clutter hides in each pulse, of errors that leave some of them visible.
 knots : int, optional
     Pulses between the knots of a cubic spline; by default every pulse is free.
 up : (float, float, float)

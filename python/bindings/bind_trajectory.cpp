@@ -33,8 +33,9 @@ py::dict timings_of(const Trajectory& t) {
 
 Trajectory estimate_trajectory(const py::object& data, const py::object& positions, const std::vector<geometry::ImageGrid>& regions,
                                const py::object& range_start, double range_spacing, double wavelength, const std::string& unknowns,
-                               const py::object& knots, const Vector3& up, const py::object& start, double search, int rounds,
-                               int iterations, double tolerance, bool do_no_harm, int threads, const py::object& progress) {
+                               const std::string& pixels, const py::object& knots, const Vector3& up, const py::object& start,
+                               double search, int rounds, int iterations, double tolerance, bool do_no_harm, int threads,
+                               const py::object& progress) {
     const auto samples = input<cfloat, 2>(data, "data");
     const auto path = real_input<2>(positions, "positions");
     const auto first_range = range_start_of(range_start);
@@ -42,6 +43,7 @@ Trajectory estimate_trajectory(const py::object& data, const py::object& positio
     if (!start.is_none()) initial = real_input<2>(start, "start");
     TrajectoryOptions options;
     options.unknowns = unknowns_of(unknowns);
+    options.pixels = pixels_of(pixels);
     options.knots = knots.is_none() ? 0 : knots.cast<int>();
     options.up = up;
     options.search = search;
@@ -114,9 +116,9 @@ void bind_trajectory(py::module_ m) {
 
     m.def("estimate_trajectory", &estimate_trajectory, py::arg("data"), py::arg("positions"), py::arg("regions"), py::kw_only(),
           py::arg("range_start"), py::arg("range_spacing"), py::arg("wavelength"), py::arg("unknowns") = "height",
-          py::arg("knots") = py::none(), py::arg("up") = defaults.up, py::arg("start") = py::none(), py::arg("search") = defaults.search,
-          py::arg("rounds") = defaults.rounds, py::arg("iterations") = defaults.iterations, py::arg("tolerance") = defaults.tolerance,
-          py::arg("do_no_harm") = true, py::arg("threads") = 0, py::arg("progress") = py::none(),
+          py::arg("pixels") = "joint", py::arg("knots") = py::none(), py::arg("up") = defaults.up, py::arg("start") = py::none(),
+          py::arg("search") = defaults.search, py::arg("rounds") = defaults.rounds, py::arg("iterations") = defaults.iterations,
+          py::arg("tolerance") = defaults.tolerance, py::arg("do_no_harm") = true, py::arg("threads") = 0, py::arg("progress") = py::none(),
           R"(The motion of the antenna from strong points in two or more small regions.
 
 Maximises the sum of the regions' coherences |sum b_k|^2 / (sum |b_k|)^2 over the displacement of every pulse [Zhou2022, eq. 9-10], with exact
@@ -134,6 +136,8 @@ range_start, range_spacing, wavelength
     As for `backproject`.
 unknowns : {"height", "cross_track", "full"}
     Along `up`, in the plane perpendicular to the track, or in space.
+pixels : {"joint", "brightest"}
+    As for `hrws.si_mec`.
 knots : int, optional
     Pulses between the knots of a cubic spline; by default every pulse is free, which takes more regions than unknowns.
 up : (float, float, float)

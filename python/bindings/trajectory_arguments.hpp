@@ -16,4 +16,10 @@ inline autofocus::TrajectoryUnknowns unknowns_of(const std::string& name) {
     throw ValueError("unknowns", R"("height", "cross_track" or "full")", "\"" + name + "\"");
 }
 
+inline autofocus::PixelChoice pixels_of(const std::string& name) {
+    if (name == "joint") return autofocus::PixelChoice::joint;
+    if (name == "brightest") return autofocus::PixelChoice::brightest;
+    throw ValueError("pixels", R"("joint" or "brightest")", "\"" + name + "\"");
+}
+
 }  // namespace sarfocus::python

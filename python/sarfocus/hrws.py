@@ -14,6 +14,7 @@ from ._core.hrws import (
     sampling,
     si_mec,
 )
+from .strong_points import strong_regions
 
 __all__ = [
     "ChannelWeights",
@@ -28,4 +29,5 @@ __all__ = [
     "reconstruct",
     "sampling",
     "si_mec",
+    "strong_regions",
 ]

@@ -7,11 +7,14 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import fft
 
+from ._core.focus import project
+from ._core.geometry import ImageGrid
 from ._core.hrws import Echo
 from ._core.sim import hrws_data, motion_error, points, points_frequency, stripmap, stripmap_echo
 
-__all__ = ["hrws", "hrws_data", "motion_error", "points", "points_frequency", "stripmap", "stripmap_echo"]
+__all__ = ["hrws", "hrws_data", "hrws_scene", "motion_error", "points", "points_frequency", "stripmap", "stripmap_echo"]
 
 
 def hrws(
@@ -42,7 +45,7 @@ def hrws(
 ) -> Echo:
     """Echoes of point scatterers in every channel, with the phase centres that a radar unaware of its motion error would state.
 
-    Extended scenes: `project` on every channel's true phase centres.
+    Extended scenes: `hrws_scene`.
 
     Parameters
     ----------
@@ -117,7 +120,109 @@ def hrws(
     )
     platform = np.asarray(positions, dtype=np.float64)
     antennas = np.asarray(channels, dtype=np.float64)
-    centres = platform[None] + 0.5 * (antennas + antennas[transmitter])[:, None]
-    step = np.linalg.norm(platform[-1] - platform[0]) / (len(platform) - 1)
     baselines = antennas - antennas[transmitter] if model == "bistatic" else None
-    return Echo(data, centres, range_start, range_spacing, wavelength, prf, float(step * prf), baselines)
+    return Echo(
+        data, _centres(platform, antennas, transmitter), range_start, range_spacing, wavelength, prf, _speed(platform, prf), baselines
+    )
+
+
+def hrws_scene(
+    positions: ArrayLike,
+    channels: ArrayLike,
+    scene: NDArray[np.complex64],
+    grid: ImageGrid,
+    *,
+    n_range: int,
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    bandwidth: float,
+    prf: float,
+    transmitter: int = 0,
+    motion: ArrayLike | None = None,
+    doppler_bandwidth: float | None = None,
+    doppler_centroid: float = 0.0,
+    threads: int = 0,
+    progress: Callable[[str, int, int], bool | None] | None = None,
+) -> Echo:
+    """Echoes of an extended scene in every channel: the adjoint of backprojection, limited to the pulse's bandwidth.
+
+    Ranges are those of both legs. The beam ends sharply.
+
+    Parameters
+    ----------
+    scene : complex64 [grid.shape]
+        Reflectivity of every pixel.
+    grid : ImageGrid
+        Where the scatterers are.
+    positions, channels, n_range, range_start, range_spacing, wavelength, prf, transmitter, motion, doppler_bandwidth, doppler_centroid
+        As for `hrws`.
+    bandwidth : float
+        Hz, of the pulse, its spectrum flat.
+    threads : int
+        0: all. The result does not depend on it.
+    progress : callable (phase, done, total), optional
+        Return False to stop.
+
+    Returns
+    -------
+    hrws.Echo
+
+    Raises
+    ------
+    ShapeError, ValueError, TypeError, NumericalError, MemoryError
+    """
+    platform = np.asarray(positions, dtype=np.float64)
+    antennas = np.asarray(channels, dtype=np.float64)
+    true = platform if motion is None else platform + np.asarray(motion, dtype=np.float64)
+    velocity = _speed(platform, prf)
+    aspect = None
+    if doppler_bandwidth is not None:
+        axis = (platform[-1] - platform[0]) / np.linalg.norm(platform[-1] - platform[0])
+        ends = np.clip(0.5 * wavelength / velocity * (doppler_centroid + np.array([-0.5, 0.5]) * doppler_bandwidth), -1.0, 1.0)
+        aspect = ((float(axis[0]), float(axis[1]), float(axis[2])), (float(ends[0]), float(ends[1])))
+    data = np.empty((len(antennas), len(platform), n_range), np.complex64)
+    for n, antenna in enumerate(antennas):
+        project(
+            scene,
+            grid,
+            (true + antennas[transmitter], true + antenna),
+            n_range=n_range,
+            range_start=range_start,
+            range_spacing=range_spacing,
+            wavelength=wavelength,
+            aspect=aspect,
+            out=data[n],
+            threads=threads,
+            progress=_part(progress, n, len(antennas)),
+        )
+        _limit(data[n], bandwidth, range_spacing, threads)
+    baselines = antennas - antennas[transmitter]
+    return Echo(data, _centres(platform, antennas, transmitter), range_start, range_spacing, wavelength, prf, velocity, baselines)
+
+
+def _centres(platform: NDArray[np.float64], antennas: NDArray[np.float64], transmitter: int) -> NDArray[np.float64]:
+    centres: NDArray[np.float64] = platform[None] + 0.5 * (antennas + antennas[transmitter])[:, None]
+    return centres
+
+
+def _speed(platform: NDArray[np.float64], prf: float) -> float:
+    return float(np.linalg.norm(platform[-1] - platform[0]) / (len(platform) - 1) * prf)
+
+
+def _part(progress: Callable[[str, int, int], bool | None] | None, part: int, parts: int) -> Callable[[str, int, int], bool | None] | None:
+    if progress is None:
+        return None
+    return lambda phase, done, total: progress(phase, done + part * total, parts * total)
+
+
+def _limit(data: NDArray[np.complex64], bandwidth: float, range_spacing: float, threads: int) -> None:
+    """Limit the spectrum along range to the bandwidth about zero, in place; the record is followed by zeros."""
+    rows, guard = 64, 256
+    n = int(fft.next_fast_len(data.shape[1] + guard))
+    inside = np.abs(np.fft.fftfreq(n, 2.0 * range_spacing / 299_792_458.0)) <= 0.5 * bandwidth
+    workers = threads if threads > 0 else -1
+    for begin in range(0, len(data), rows):
+        some = data[begin : begin + rows]
+        spectrum = fft.fft(some, n, axis=1, workers=workers)
+        some[:] = fft.ifft(spectrum * inside, axis=1, workers=workers)[:, : data.shape[1]]

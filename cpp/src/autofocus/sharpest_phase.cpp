@@ -27,6 +27,10 @@ std::vector<double> sharpest_phase(const focus::RangeProfiles& profiles, const A
     focus::BackprojectOptions how;
     how.execution = options.execution;
     focus::backproject_histories(profiles, centres, ArrayView<const double, 2>(xyz.view()), terms.view(), how);
+    for (std::ptrdiff_t p = 0; p < region.size() && options.aspect.limited(); ++p)
+        for (std::ptrdiff_t k = 0; k < n_pulse; ++k)
+            if (!options.aspect.sees({positions(k, 0), positions(k, 1), positions(k, 2)}, {xyz(p, 0), xyz(p, 1), xyz(p, 2)}))
+                terms(p, k) = {};
     std::vector<double> phase(static_cast<std::size_t>(n_pulse));
     double before = 0.0;
     for (int round = 0; round < options.iterations; ++round) {

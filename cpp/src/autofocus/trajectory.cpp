@@ -8,6 +8,7 @@
 #include <sarfocus/core/error.hpp>
 
 #include "trajectory_estimator.hpp"
+#include "trajectory_points.hpp"
 
 namespace sarfocus::autofocus {
 namespace {
@@ -77,12 +78,17 @@ void TrajectoryOptions::validate() const {
     if (rounds < 1) throw ValueError("rounds", "at least 1", std::to_string(rounds));
     if (iterations < 1) throw ValueError("iterations", "at least 1", std::to_string(iterations));
     require_positive(tolerance, "tolerance");
+    if (pixels == PixelChoice::brightest && knots > 0)
+        throw ValueError("knots", "0, free displacements, with the brightest pixels", std::to_string(knots));
+    if (aspect.limited() && !(std::abs(norm(aspect.axis) - 1.0) < 1e-6))
+        throw ValueError("axis", "a vector of length 1 or 0", "one of length " + number_text(norm(aspect.axis)));
     (void)resolve_threads(execution.threads);
 }
 
 Trajectory estimate_trajectory(const TrajectoryEchoes& echoes, const std::vector<ImageGrid>& regions, const TrajectoryOptions& options,
                                const ArrayView<const double, 2>& initial) {
     require_arguments(echoes, regions, options, initial);
+    if (options.pixels == PixelChoice::brightest) return detail::PointTrajectory(echoes, regions, options, initial).run();
     return detail::TrajectoryEstimator(echoes, regions, options, initial).run();
 }
 

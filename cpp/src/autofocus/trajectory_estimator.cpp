@@ -21,7 +21,9 @@ namespace {
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double worst_condition = 1e3;
 
-std::vector<Vector3> axes_of(const ArrayView<const double, 3>& positions, const TrajectoryOptions& options) {
+}  // namespace
+
+std::vector<Vector3> motion_axes(const ArrayView<const double, 3>& positions, const TrajectoryOptions& options) {
     const Vector3 up = (1.0 / norm(options.up)) * options.up;
     if (options.unknowns == TrajectoryUnknowns::height) return {up};
     const std::ptrdiff_t last = positions.extent(1) - 1;
@@ -38,8 +40,6 @@ std::vector<Vector3> axes_of(const ArrayView<const double, 3>& positions, const 
     return out;
 }
 
-}  // namespace
-
 TrajectoryEstimator::TrajectoryEstimator(const TrajectoryEchoes& echoes, const std::vector<ImageGrid>& regions,
                                          const TrajectoryOptions& options, const ArrayView<const double, 2>& initial)
     : echoes_(echoes),
@@ -48,7 +48,7 @@ TrajectoryEstimator::TrajectoryEstimator(const TrajectoryEchoes& echoes, const s
       options_(options),
       n_channel_(static_cast<std::size_t>(echoes.positions.extent(0))),
       n_pulse_(static_cast<std::size_t>(echoes.positions.extent(1))),
-      axes_(axes_of(echoes.positions, options)),
+      axes_(motion_axes(echoes.positions, options)),
       initial_(n_pulse_, Vector3{}) {
     for (std::size_t k = 0; k < n_pulse_; ++k) {
         if (!initial.empty())
@@ -209,6 +209,9 @@ void TrajectoryEstimator::take_terms(std::size_t channel, const std::vector<Vect
                                  apart ? geometry::PhaseCentres(transmit.view(), receive.view())
                                        : geometry::PhaseCentres(ArrayView<const double, 2>(transmit.view())),
                                  ArrayView<const double, 2>(xyz.view()), terms, how);
+    for (std::ptrdiff_t c = 0; c < xyz.extent(0) && options_.aspect.limited(); ++c)
+        for (std::ptrdiff_t k = 0; k < n_pulse; ++k)
+            if (!options_.aspect.sees(path[static_cast<std::size_t>(k)], {xyz(c, 0), xyz(c, 1), xyz(c, 2)})) terms(c, k) = {};
 }
 
 // The samples of a channel about the points. What ends behind `guard` samples of a profile sampled above its Nyquist rate is felt by

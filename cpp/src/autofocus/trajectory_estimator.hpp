@@ -11,6 +11,9 @@
 
 namespace sarfocus::autofocus::detail {
 
+/// Unit vectors of the unknowns: up; and across the track; and along it.
+[[nodiscard]] std::vector<Vector3> motion_axes(const ArrayView<const double, 3>& positions, const TrajectoryOptions& options);
+
 /// A pixel of a region by fractional indices.
 struct Place {
     double i = 0.0;

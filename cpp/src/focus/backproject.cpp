@@ -14,12 +14,14 @@
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
 
+#include "aspect_span.hpp"
 #include "backproject_kernel.hpp"
 #include "range_profile_table.hpp"
 
 namespace sarfocus::focus {
 namespace {
 
+using detail::AspectSpan;
 using detail::AspectTable;
 using detail::PixelBlock;
 using detail::PulseTable;
@@ -98,6 +100,10 @@ struct ThreadMemory {
     }
 };
 
+Vector3 antenna_of(const PulseTable& pulse) {
+    return {0.5 * (pulse.tx[0] + pulse.rx[0]), 0.5 * (pulse.tx[1] + pulse.rx[1]), 0.5 * (pulse.tx[2] + pulse.rx[2])};
+}
+
 // The adjoint of evaluating a bin's cubic at offset x.
 void spread(cfloat value, float x, float* entry) {
     for (int d = 0; d <= RangeProfileTable::degree; ++d, value *= x) {
@@ -135,6 +141,9 @@ void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, cons
     std::vector<PulseTable> pulses(static_cast<std::size_t>(block_pulses));
 
     const auto memory = thread_memory(threads, builder, columns);
+    const Vector3 axis = aspect == nullptr ? Vector3{} : Vector3{aspect->axis[0], aspect->axis[1], aspect->axis[2]};
+    const double sine_start = aspect == nullptr ? 0.0 : aspect->start;
+    const double sine_stop = aspect == nullptr ? 0.0 : sine_start + aspect->n_entry / static_cast<double>(aspect->scale);
 
     Monitor monitor(options.execution, "backproject", n_pulse * rows);
     for (std::ptrdiff_t begin = 0; begin < n_pulse && !monitor.stopped(); begin += block_pulses) {
@@ -155,8 +164,10 @@ void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, cons
                 for (std::ptrdiff_t j = 0; j < columns; j += PixelBlock::capacity) {
                     load_pixels(own.xyz.data() + 3 * j, std::min(PixelBlock::capacity, columns - j), own.pixels);
                     own.clear_sums();
+                    const AspectSpan span(grid, i, j, own.pixels.count, axis);
                     for (std::ptrdiff_t p = 0; p < count; ++p) {
                         const PulseTable& pulse = pulses[static_cast<std::size_t>(p)];
+                        if (aspect != nullptr && span.outside(antenna_of(pulse), sine_start, sine_stop)) continue;
                         if (aspect == nullptr)
                             kernels.gather(pulse, own.pixels, cycles_per_metre, monostatic, own.re, own.im);
                         else
@@ -262,8 +273,12 @@ void backproject_histories(const RangeProfiles& profiles, const PhaseCentres& ce
 }
 
 void project(const ImageView& scene, const ImageGrid& grid, const PhaseCentres& centres, const RangeProfiles& profiles,
-             MutableImageView data, const BackprojectOptions& options) {
+             MutableImageView data, const BackprojectOptions& options, const Aspect& aspect) {
     centres.validate(data.extent(0));
+    if (aspect.limited() && std::abs(norm(aspect.axis) - 1.0) > 1e-6)
+        throw ValueError("axis", "a vector of length 1 or 0", "one of length " + number_text(norm(aspect.axis)));
+    if (!(aspect.sine_start < aspect.sine_stop))
+        throw ValueError("sine_start, sine_stop", "start < stop", number_text(aspect.sine_start) + ", " + number_text(aspect.sine_stop));
     require_not_empty(data, "data");
     require_positive(profiles.range_spacing, "range_spacing");
     require_positive(profiles.wavelength, "wavelength");
@@ -290,14 +305,22 @@ void project(const ImageView& scene, const ImageGrid& grid, const PhaseCentres& 
         ThreadMemory& own = *memory[static_cast<std::size_t>(omp_get_thread_num())];
         std::fill(own.table.begin(), own.table.end(), 0.0f);
         const PulseTable pulse = pulse_table(profiles, centres, builder, p, own.table.data());
+        const Vector3 antenna = antenna_of(pulse);
         for (std::ptrdiff_t i = 0; i < rows; ++i) {
-            grid.row_positions(i, own.xyz.data());
+            bool placed = false;
             for (std::ptrdiff_t j = 0; j < columns; j += PixelBlock::capacity) {
-                load_pixels(own.xyz.data() + 3 * j, std::min(PixelBlock::capacity, columns - j), own.pixels);
+                const std::ptrdiff_t count = std::min(PixelBlock::capacity, columns - j);
+                if (aspect.limited() && AspectSpan(grid, i, j, count, aspect.axis).outside(antenna, aspect.sine_start, aspect.sine_stop))
+                    continue;
+                if (!placed) grid.row_positions(i, own.xyz.data());
+                placed = true;
+                load_pixels(own.xyz.data() + 3 * j, count, own.pixels);
                 kernels.locate(pulse, own.pixels, cycles_per_metre, monostatic, own.bin, own.offset, own.re, own.im);
-                for (std::ptrdiff_t k = 0; k < own.pixels.count; ++k)
+                for (std::ptrdiff_t k = 0; k < count; ++k) {
+                    if (aspect.limited() && !aspect.sees(antenna, {own.pixels.x[k], own.pixels.y[k], own.pixels.z[k]})) continue;
                     spread(scene(i, j + k) * cfloat(own.re[k], own.im[k]), own.offset[k],
                            own.table.data() + static_cast<std::ptrdiff_t>(own.bin[k]) * RangeProfileTable::floats_per_bin);
+                }
             }
         }
         builder.build_adjoint(own.table.data(), data.row(p), own.workspace);

@@ -269,6 +269,40 @@ TEST(Backproject, ProjectIsTheAdjoint) {
     }
 }
 
+TEST(Backproject, ProjectWithinABeamIsTheAdjointOfWhatTheBeamSees) {
+    for (const bool bistatic : {false, true}) {
+        const Scene scene(700.0, bistatic);
+        const ImageGrid grid = patch({17, 300});
+        const Aspect beam{{1.0, 0.0, 0.0}, -0.004, 0.009};  // the sines of the pass reach from -0.03 to 0.03
+        Image image({17, 300});
+        backproject_weighted(scene.profiles(), scene.centres(), grid, {beam.axis, beam.sine_start, beam.sine_stop, {{1.0f, 0.0f}}},
+                             image.view());
+        Image y({17, 300});
+        for (std::ptrdiff_t k = 0; k < y.size(); ++k) y.data()[k] = cfloat(std::polar(1.0, 0.37 * static_cast<double>(k * k % 1009)));
+        Image projected({scene.n_pulse, scene.n_range});
+        project(y.view(), grid, scene.centres(), scene.profiles(), projected.view(), {}, beam);
+        cdouble left{};
+        cdouble right{};
+        double scale = 0.0;
+        for (std::ptrdiff_t k = 0; k < y.size(); ++k) left += cdouble(image.data()[k]) * std::conj(cdouble(y.data()[k]));
+        for (std::ptrdiff_t k = 0; k < projected.size(); ++k) {
+            right += cdouble(scene.data.data()[k]) * std::conj(cdouble(projected.data()[k]));
+            scale += std::norm(cdouble(projected.data()[k]));
+        }
+        for (std::ptrdiff_t k = 0; k < scene.data.size(); ++k) scale += std::norm(cdouble(scene.data.data()[k]));
+        // Single precision, and the few directions within rounding of an end of the beam.
+        EXPECT_LT(std::abs(left - right), 1e-5 * scale);
+        EXPECT_GT(std::abs(right), 0.0);
+        // Pulses that see nothing record nothing; some see all of the scene.
+        EXPECT_EQ(projected(0, 300), cfloat{});
+    }
+    const Scene scene(700.0);
+    Image y({17, 300});
+    Image projected({scene.n_pulse, scene.n_range});
+    const Aspect longer{{2.0, 0.0, 0.0}, -0.1, 0.1};
+    EXPECT_THROW(project(y.view(), patch({17, 300}), scene.centres(), scene.profiles(), projected.view(), {}, longer), ValueError);
+}
+
 TEST(Backproject, AllKernelsAgree) {
     std::vector<float> table(8 * 40);
     for (std::size_t k = 8; k < table.size() - 8; ++k) table[k] = std::sin(static_cast<float>(k * k % 101));

@@ -13,6 +13,7 @@
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/geometry/phase_centres.hpp>
 
+#include "beam.hpp"
 #include "laps.hpp"
 
 namespace sarfocus::hrws {
@@ -73,15 +74,21 @@ private:
     Array<double, 1> start_;
 };
 
-// The image of the grid from samples turned by -phase.
-void form(EvenEcho& even, const std::vector<double>& phase, const ImageGrid& grid, MutableImageView image, const Execution& execution) {
+// The image of the grid from samples turned by -phase, over the Doppler frequencies that `reconstruct` processes.
+void form(const Echo& echo, const BandOptions& band, EvenEcho& even, const std::vector<double>& phase, const ImageGrid& grid,
+          MutableImageView image, const Execution& execution) {
     for (std::ptrdiff_t k = 0; k < even.data.extent(0); ++k) {
         const cfloat turn(std::polar(1.0, -phase[static_cast<std::size_t>(k)]));
         for (std::ptrdiff_t i = 0; i < even.data.extent(1); ++i) even.data(k, i) *= turn;
     }
+    for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
+        for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) image(i, j) = {};
+    const double bandwidth = band.doppler_bandwidth > 0.0 ? band.doppler_bandwidth : static_cast<double>(echo.n_channel()) * echo.prf;
+    const focus::Aspect seen = detail::beam_of(echo, band, 0.5 * (band.processed(echo.n_channel(), echo.prf) - bandwidth));
     focus::BackprojectOptions how;
     how.execution = execution;
-    focus::backproject(even.profiles(), centres_of(even), grid, image, how);
+    focus::backproject_weighted(even.profiles(), centres_of(even), grid, {seen.axis, seen.sine_start, seen.sine_stop, {{1.0f, 0.0f}}},
+                                image, how);
 }
 
 void require_image(const ImageGrid& grid, MutableImageView image) {
@@ -138,10 +145,11 @@ PhaseCompensation bp_fmsa(const Echo& echo, const ImageGrid& grid, const ImageGr
     laps.end("even spacing");
     autofocus::SharpestPhaseOptions how = options.estimate;
     how.execution = options.execution;
+    how.aspect = detail::beam_of(echo, options.band);
     out.phase_error = autofocus::sharpest_phase(Part(even, region).profiles(), even.positions.view(), region, how);
     out.status = "applied";
     laps.end("estimate");
-    form(even, out.phase_error, grid, image, options.execution);
+    form(echo, options.band, even, out.phase_error, grid, image, options.execution);
     laps.end("image");
     return out;
 }
@@ -159,7 +167,7 @@ PhaseCompensation pga(const Echo& echo, const ImageGrid& grid, const ImageGrid& 
     out.phase_error = std::move(found.phase_error);
     out.status = autofocus::status_text(found.status);
     laps.end("estimate");
-    form(even, out.phase_error, grid, image, options.execution);
+    form(echo, options.band, even, out.phase_error, grid, image, options.execution);
     laps.end("image");
     return out;
 }

@@ -8,6 +8,7 @@
 
 #include <sarfocus/core/error.hpp>
 
+#include "beam.hpp"
 #include "laps.hpp"
 
 namespace sarfocus::hrws {
@@ -40,6 +41,7 @@ Trajectory estimate(const Echo& echo, const std::vector<geometry::ImageGrid>& re
     echoes.baselines = echo.baselines;
     autofocus::TrajectoryOptions how = options.motion;
     how.exactly_determined = true;
+    how.aspect = detail::beam_of(echo, options.reconstruct.band);
     how.execution = options.execution;
     Trajectory found = autofocus::estimate_trajectory(echoes, regions, how);
     if (found.empty_region >= 0)
@@ -75,6 +77,7 @@ void judge(const Trajectory& found, const SiMecOptions& options, SiMecResult& ou
         return;
     }
     out.status = found.status == TrajectoryStatus::converged ? SiMecStatus::converged : SiMecStatus::max_iterations;
+    if (options.motion.pixels == autofocus::PixelChoice::brightest) return;  // clutter contradicts every single point
     const auto [region, share] = worst_region(found.points);
     if (share < options.agreement && options.motion.do_no_harm) {
         out.status = SiMecStatus::inconsistent;
@@ -154,7 +157,9 @@ std::string SiMecResult::summary() const {
                   coherence_before, coherence, coherence_by_chance);
     std::string out = text;
     out += "\n" + reason;
-    for (std::size_t m = 0; m < regions.size(); ++m) {
+    constexpr std::size_t most = 8;
+    if (regions.size() > most) out += "\n" + std::to_string(regions.size()) + " regions";
+    for (std::size_t m = 0; m < regions.size() && regions.size() <= most; ++m) {
         const TrajectoryPoint& p = regions[m];
         std::snprintf(text, sizeof text, "\nregion %zu: coherence %.4f -> %.4f, by the others' motion %.4f, spread %.2g mm", m,
                       p.coherence_before, p.coherence, p.held_out, 1e3 * p.spread);

@@ -254,6 +254,7 @@ def estimate_trajectory(
     range_spacing: float,
     wavelength: float,
     unknowns: Literal["height", "cross_track", "full"] = "height",
+    pixels: Literal["joint", "brightest"] = "joint",
     knots: int | None = None,
     up: tuple[float, float, float] = (0.0, 0.0, 1.0),
     start: ArrayLike | None = None,

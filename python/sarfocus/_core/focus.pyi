@@ -40,6 +40,7 @@ def project(
     range_start: ArrayLike,
     range_spacing: float,
     wavelength: float,
+    aspect: tuple[tuple[float, float, float], tuple[float, float]] | None = None,
     out: NDArray[np.complex64] | None = None,
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,

@@ -146,6 +146,7 @@ def si_mec(
     unknowns: Literal["height", "cross_track", "full"] = "height",
     reconstruction: Literal["folded", "sub_image"] = "folded",
     *,
+    pixels: Literal["joint", "brightest"] = "joint",
     knots: int | None = None,
     up: tuple[float, float, float] = (0.0, 0.0, 1.0),
     search: float = 0.0,

@@ -1,4 +1,4 @@
-"""Figures of multichannel strips: points by several methods, their cuts along azimuth, the motion found."""
+"""Figures of multichannel strips: points and scenes by several methods, cuts along azimuth, the motion found."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from .figures import AFTER, BEFORE, IDEAL, INK, SOFT, decibel, figure, style
 
 FloatArray = npt.NDArray[np.float64]
 Images = Mapping[str, Mapping[str, npt.NDArray[Any]]]
+Scenes = Mapping[str, npt.NDArray[Any]]
 LEAST_DB = -40.0
+BRIGHT_PERCENTILE = 99.9
 REACH = 64  # pixels of azimuth either side
 COLOURS = (IDEAL, SOFT, "#5b8c5a", BEFORE, AFTER)
 
@@ -87,3 +90,63 @@ def motion_of(axes: Axes, truth: FloatArray, motion: FloatArray) -> None:
     axes.legend(handles=lines, frameon=False, fontsize=8, labelcolor=INK, ncols=2, loc="upper right")
     axes.set_ylim(-20.0, 26.0)
     axes.margins(x=0)
+
+
+def scene_figure(
+    images: Scenes,
+    reference: str,
+    extent: tuple[float, float, float, float],
+    *,
+    columns: int,
+    floor_db: float,
+    box: tuple[float, float, float, float] | None = None,
+) -> Figure:
+    """Draw images [azimuth, range] in dB over a high percentile of the `reference`; extent and box (ground, along), m."""
+    rows = -(-len(images) // columns)
+    left, right, bottom, top = (1e-3 * edge for edge in extent)
+    panel = 9.6 / columns
+    height = float(np.clip(panel * (top - bottom) / (right - left), 1.0, 4.0))
+    made = figure(panel * columns + 1.6, rows * (height + 0.45) + 0.4)
+    panels = made.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    level = float(np.percentile(np.abs(images[reference]), BRIGHT_PERCENTILE))
+    shown = None
+    for axes, (title, image) in zip(panels.flat, images.items(), strict=False):
+        shown = axes.imshow(
+            decibel(image, level), cmap="gray", vmin=floor_db, vmax=0.0, origin="lower", extent=(left, right, bottom, top), aspect="auto"
+        )
+        axes.set_title(title)
+        if box is not None:
+            corner = (1e-3 * box[0], 1e-3 * box[2])
+            axes.add_patch(
+                Rectangle(corner, 1e-3 * (box[1] - box[0]), 1e-3 * (box[3] - box[2]), fill=False, edgecolor=BEFORE, linewidth=1.0)
+            )
+        style(axes, grid=False)
+    for axes in panels.flat[len(images) :]:
+        axes.set_visible(False)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("azimuth (km)")
+    for column in range(columns):
+        last = [axes for axes in panels[:, column] if axes.get_visible()][-1]
+        last.set_xlabel("ground range (km)")
+        last.tick_params(labelbottom=True)
+    if shown is not None:
+        bar = made.colorbar(shown, ax=panels, shrink=0.6, pad=0.015)
+        bar.set_label(f"dB over the {BRIGHT_PERCENTILE:g}th percentile with the true motion", color=INK, size=8)
+        bar.ax.tick_params(colors=SOFT, labelsize=8)
+    return made
+
+
+def residual_figure(truth: FloatArray, left: FloatArray, deviation: FloatArray, wavelength: float) -> Figure:
+    """Draw the true height error and what the one found leaves, pulse by pulse (m)."""
+    made = figure(9.6, 4.4)
+    above, below = made.subplots(2, 1, sharex=True)
+    pulse = np.arange(len(truth))
+    above.plot(pulse, truth / wavelength, color=SOFT, linewidth=0.5)
+    above.set(ylabel="height error\n(wavelengths)")
+    below.fill_between(pulse, -2e3 * deviation / wavelength, 2e3 * deviation / wavelength, color=IDEAL, linewidth=0.0, alpha=0.5)
+    below.plot(pulse, 1e3 * left / wavelength, color=AFTER, linewidth=0.6)
+    below.set(ylabel="found less true, no line\n(1/1000 wavelengths)", xlabel="pulse (band: two stated standard deviations)")
+    for axes in (above, below):
+        style(axes)
+        axes.margins(x=0)
+    return made

@@ -20,8 +20,19 @@ enum class TrajectoryUnknowns {
     full          ///< in space; a direction that no region sees (all at a right angle to it) is left alone
 };
 
+/// Which pixel of a region is its point.
+enum class PixelChoice {
+    joint,  ///< the one that together with the others can be made most coherent: for a few points that stand out of the echo of a pulse
+    /// The brightest of the image as it stands, and again of that with the motion found, `rounds` times: for tens to thousands of points
+    /// that clutter hides in each pulse. Free displacements only, within `search`; they must leave some of the points visible, which errors
+    /// of up to a third of a turn of the phase (RMS) do.
+    brightest
+};
+
 struct TrajectoryOptions {
     TrajectoryUnknowns unknowns = TrajectoryUnknowns::height;
+    PixelChoice pixels = PixelChoice::joint;
+    focus::Aspect aspect;  ///< of the beam: terms from outside are left out
     /// Pulses between the knots of a cubic spline; 0: every pulse has a displacement of its own, which takes more regions than unknowns
     /// (for the height one more than needed to solve, because it is the second that tells which pixel is right).
     int knots = 0;
@@ -117,6 +128,7 @@ struct Trajectory {
 struct SharpestPhaseOptions {
     int iterations = 200;
     double tolerance = 1e-8;  ///< relative gain of the sharpness
+    focus::Aspect aspect;     ///< of the beam: terms from outside are left out
     Execution execution;
 };
 

@@ -56,6 +56,21 @@ struct AspectWeights {
     SARFOCUS_API void validate() const;
 };
 
+/// Directions within which an antenna sees: sines as above. Without an axis all do.
+struct Aspect {
+    Vector3 axis{};  ///< of length 1, or zero
+    double sine_start = -1.0;
+    double sine_stop = 1.0;
+
+    [[nodiscard]] bool limited() const { return norm(axis) > 0.0; }
+    [[nodiscard]] bool sees(const Vector3& antenna, const Vector3& pixel) const {
+        const Vector3 sight = pixel - antenna;
+        const double along = dot(sight, axis);
+        const double range = norm(sight);
+        return !limited() || (along >= sine_start * range && along <= sine_stop * range);
+    }
+};
+
 /// image += the sum of `backproject` with its terms weighted. Pixels that no pulse sees within the table's interval cost little.
 SARFOCUS_API void backproject_weighted(const RangeProfiles& profiles, const geometry::PhaseCentres& centres,
                                        const geometry::ImageGrid& grid, const AspectWeights& weights, MutableImageView image,
@@ -68,8 +83,10 @@ SARFOCUS_API void backproject_histories(const RangeProfiles& profiles, const geo
                                         const BackprojectOptions& options = {});
 
 /// The adjoint of `backproject`: <backproject(x), y> = <x, project(y)> to rounding. Echo of a scene, up to the pulse's spectrum.
-/// scene: [grid.shape]; profiles.data gives the extents only; data: [n_pulse, n_range], overwritten.
+/// scene: [grid.shape]; profiles.data gives the extents only; data: [n_pulse, n_range], overwritten. aspect: of the beam; a pulse
+/// illuminates only the pixels within it.
 SARFOCUS_API void project(const ImageView& scene, const geometry::ImageGrid& grid, const geometry::PhaseCentres& centres,
-                          const RangeProfiles& profiles, MutableImageView data, const BackprojectOptions& options = {});
+                          const RangeProfiles& profiles, MutableImageView data, const BackprojectOptions& options = {},
+                          const Aspect& aspect = {});
 
 }  // namespace sarfocus::focus

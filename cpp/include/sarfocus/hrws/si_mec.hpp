@@ -16,8 +16,10 @@
 namespace sarfocus::hrws {
 
 struct SiMecOptions {
-    autofocus::TrajectoryOptions motion;  ///< `exactly_determined` is set, `execution` is not used: that below goes for all
-    ReconstructOptions reconstruct;       ///< its `execution` is not used
+    /// `exactly_determined` and `aspect` are set, `execution` is not used: that below goes for all. Its `pixels`: with `brightest` the
+    /// regions may be thousands, and no single one contradicts the others.
+    autofocus::TrajectoryOptions motion;
+    ReconstructOptions reconstruct;  ///< its `execution` is not used
     /// A region contradicts the others where the motion that these give leaves it less coherent than this share of what its own say in the
     /// motion makes of it: half a power, a phase error of 0.8 rad RMS, at which a point loses 3 dB.
     double agreement = 0.5;
@@ -63,6 +65,8 @@ struct SiMecResult {
 /// Motion compensation by sub-images [Zhou2022, algorithm 1]: the motion of the platform that makes strong points in two or more regions
 /// brightest, from the terms of all channels (autofocus::estimate_trajectory), then the image reconstructed from phase centres moved by it.
 /// With cross_track and two regions the motion is solved for; no region can then vouch for the others.
+///
+/// Pulses count for a region where they see it within the Doppler bandwidth of `reconstruct.band`.
 ///
 /// grid: the image wanted; regions: small chips round strong points far apart in range, the first index along the track; image:
 /// [grid.shape], overwritten. Where the motion is refused (see the status) the image is that of the phase centres as measured.
