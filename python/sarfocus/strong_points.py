@@ -18,7 +18,7 @@ def strong_regions(
     *,
     sections: int = 16,
     apart: tuple[int, int] = (4, 4),
-    reach: tuple[int, int] = (2, 2),
+    reach: tuple[int, int] = (1, 1),
     fine: tuple[int, int] = (2, 2),
     threads: int = 0,
 ) -> list[ImageGrid]:

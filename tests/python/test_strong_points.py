@@ -27,8 +27,8 @@ RADAR: dict[str, Any] = {
 }
 
 
-def heights(size: float = 1.0) -> np.ndarray:
-    """White, uniform over `size` wavelengths."""
+def heights(size: float = 0.6) -> np.ndarray:
+    """White, uniform over `size` wavelengths: 0.6 turn the phase by up to 2.1 rad either way, of which sin(x) / x leaves 42 %."""
     motion = np.zeros((N_PULSE, 3))
     motion[:, 2] = size * WAVELENGTH * np.random.default_rng(3).uniform(-0.5, 0.5, N_PULSE)
     return motion
@@ -86,8 +86,11 @@ def test_many_points_in_clutter_tell_the_height(blurred, regions):
     assert found.status is hrws.SiMecStatus.converged, found.summary()
     truth = heights()
     none, true = (sarfocus.quality.entropy(hrws.reconstruct(blurred, GRID, motion, **BAND)) for motion in (None, truth))
-    # What the stated deviation of the phase leaves; 3 % measured.
-    assert sarfocus.quality.entropy(found.image) - true < 0.06 * (none - true)
+    assert abs(sarfocus.quality.entropy(found.image) - true) < 0.02 * (none - true)  # 1 % measured
+    left = (found.motion - truth)[:, 2]
+    left -= np.polynomial.Polynomial.fit(np.arange(N_PULSE), left, 1)(np.arange(N_PULSE))
+    # Twice what the scatter of the terms says: slow displacements of half an aperture and more are told less well.
+    assert left.std() < 2.0 * np.sqrt(np.mean(found.motion_std[:, 2] ** 2))
     assert (np.diff(found.objective) > -1e-9).all()
     assert found.regions["held_out"].mean() > 0.8 * found.coherence
 
@@ -99,20 +102,21 @@ def test_the_same_bits_for_any_number_of_threads(blurred, regions):
     np.testing.assert_array_equal(one.image, two.image)
 
 
-def test_without_error_or_points_nothing_is_moved(regions):
-    speckle = hrws.si_mec(echo_of(scene(0), heights()), GRID, regions, pixels="brightest", **BAND)
-    assert not speckle.motion.any(), speckle.reason
-    assert speckle.status in (hrws.SiMecStatus.not_improved, hrws.SiMecStatus.no_strong_point)
-    good = hrws.si_mec(echo_of(scene(60), heights(0.0)), GRID, regions, pixels="brightest", **BAND)
-    assert not good.motion.any(), good.reason
+@pytest.mark.parametrize(("points", "size"), [(0, 0.6), (0, 0.0), (60, 0.0)])
+def test_without_error_or_points_nothing_is_moved(points, size):
+    echo = echo_of(scene(points), heights(size))
+    regions = hrws.strong_regions(hrws.reconstruct(echo, GRID, **BAND), GRID, 60, sections=6)
+    found = hrws.si_mec(echo, GRID, regions, pixels="brightest", **BAND)
+    assert not found.motion.any(), found.reason
+    assert found.status in (hrws.SiMecStatus.not_improved, hrws.SiMecStatus.no_strong_point)
 
 
 def test_regions_cover_every_section_and_their_points(image):
     regions = hrws.strong_regions(image, GRID, 24, sections=4)
     assert len(regions) == 24
-    along = np.array([region.position(4, 4)[0] for region in regions])
+    along = np.array([region.position(2, 2)[0] for region in regions])
     assert (np.histogram(along, np.linspace(-24.2, 23.8, 5))[0] == 6).all()
-    assert all(region.shape == (9, 9) for region in regions)
+    assert all(region.shape == (5, 5) for region in regions)
 
 
 def test_bad_arguments_are_refused(image, blurred, regions):

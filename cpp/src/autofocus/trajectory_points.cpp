@@ -76,7 +76,7 @@ PointTrajectory::PointTrajectory(const TrajectoryEchoes& echoes, const std::vect
 }
 
 Trajectory PointTrajectory::run() {
-    constexpr double coarse = 1e-6;
+    constexpr double coarse = 1e-7;
     detail::Stopwatch watch(result_.timings);
     bool converged = false;
     const std::vector<bool> all(regions_.size(), true);
@@ -94,6 +94,7 @@ Trajectory PointTrajectory::run() {
             result_.points.resize(regions_.size());
             const std::vector<cdouble> before = sums(still);
             for (std::size_t m = 0; m < before.size(); ++m) result_.points[m].coherence_before = std::norm(before[m]);
+            for (const bool half : {false, true}) halves_.push_back(alternate(still, half_of(half), coarse, true, nullptr));
         }
         const Displacements found = alternate(still, std::vector<bool>(regions_.size(), true), last ? options_.tolerance : coarse, first,
                                               &result_.objective, &converged);
@@ -211,14 +212,19 @@ void PointTrajectory::collect_terms() {
     std::vector<cdouble> value(n_pulse_ * n);
     std::vector<double> energy(n);
     std::vector<double> count(n);
+    std::vector<double> pulses(n);
     gather(peaks_, region, "histories", [&](std::size_t k, std::size_t m, cdouble term) {
         value[k * n + m] += term;
         energy[m] += std::norm(term);
         count[m] += 1.0;
     });
-    std::vector<double> total(n);
+    std::vector<double> total(n);  // number of pulses times energy
     for (std::size_t k = 0; k < n_pulse_; ++k)
-        for (std::size_t m = 0; m < n; ++m) total[m] += std::abs(value[k * n + m]);
+        for (std::size_t m = 0; m < n; ++m) {
+            total[m] += std::norm(value[k * n + m]);
+            pulses[m] += std::norm(value[k * n + m]) > 0.0 ? 1.0 : 0.0;
+        }
+    for (std::size_t m = 0; m < n; ++m) total[m] *= pulses[m];
     power_.assign(n, 0.0);
     for (std::size_t m = 0; m < n; ++m) {
         if (total[m] > 0.0) {
@@ -234,7 +240,7 @@ void PointTrajectory::collect_terms() {
         const Vector3 at = place(k, n_channel_ / 2);
         for (std::size_t m = 0; m < n; ++m) {
             if (!(std::abs(value[k * n + m]) > 0.0)) continue;
-            Term term{m, value[k * n + m] / total[m], {}};
+            Term term{m, value[k * n + m] / std::sqrt(total[m]), {}};
             const Vector3 sight = at - peaks_[m];
             for (std::size_t a = 0; a < axes_.size(); ++a) term.rate[a] = wavenumber_ * dot(sight, axes_[a]) / norm(sight);
             terms_[k].push_back(term);
@@ -356,39 +362,85 @@ void PointTrajectory::climb(const std::vector<Term>& terms, const std::vector<cd
     }
 }
 
-// In turn the sums of the points taken and every pulse's displacement; none of the steps lowers the sum of their coherences.
-PointTrajectory::Displacements PointTrajectory::alternate(Displacements d, const std::vector<bool>& taken, double tolerance, bool scan,
-                                                          std::vector<double>* steps, bool* converged) const {
-    constexpr int scans = 3;
-    double reached = 0.0;
-    if (steps != nullptr) steps->clear();
-    if (converged != nullptr) *converged = false;
-    for (int i = 0; i <= options_.iterations; ++i) {
-        std::vector<cdouble> own = sums(d);
-        double now = 0.0;
-        for (std::size_t m = 0; m < own.size(); ++m) {
-            if (!taken[m]) own[m] = {};
-            now += std::norm(own[m]);
-        }
-        if (steps != nullptr) steps->push_back(now);
-        if (i > 0 && now - reached <= tolerance * now) {
-            if (converged != nullptr) *converged = true;
-            break;
-        }
-        reached = now;
-        if (i == options_.iterations) break;
-        parallel_for(options_.execution, "alternation", static_cast<std::int64_t>(n_pulse_), [&](std::int64_t job) {
-            const auto k = static_cast<std::size_t>(job);
-            climb(terms_[k], own, -1.0 * motion_[k], scan && i < scans, d[k]);
-        });
+// The sums of the points taken, each over the share of its energy that is clutter, others zero; and the likelihood, -sum log(1 -
+// coherence), whose slope they are.
+std::pair<std::vector<cdouble>, double> PointTrajectory::objective(const Displacements& d, const std::vector<bool>& taken) const {
+    constexpr double least_clutter = 1e-3;
+    std::pair<std::vector<cdouble>, double> out{sums(d), 0.0};
+    for (std::size_t m = 0; m < taken.size(); ++m) {
+        const double clutter = std::max(1.0 - std::norm(out.first[m]), 0.0) + least_clutter;
+        out.first[m] *= taken[m] ? 1.0 / clutter : 0.0;
+        out.second -= taken[m] ? std::log(clutter / (1.0 + least_clutter)) : 0.0;
     }
+    return out;
+}
+
+PointTrajectory::Displacements PointTrajectory::climbed(Displacements d, const std::vector<cdouble>& sums, bool scan) const {
+    parallel_for(options_.execution, "alternation", static_cast<std::int64_t>(n_pulse_), [&](std::int64_t job) {
+        const auto k = static_cast<std::size_t>(job);
+        climb(terms_[k], sums, -1.0 * motion_[k], scan, d[k]);
+    });
     return d;
 }
 
-// What every half of the points says under the motion that the other half gives by itself, each at its brightest pixel then. Motion,
+// In turn the sums of the points taken and every pulse's displacement. Displacements that change slowly from pulse to pulse converge
+// slowly: two steps are continued as far as their difference tells [Varadhan2008], where the likelihood does not become less by
+// it.
+PointTrajectory::Displacements PointTrajectory::alternate(Displacements d, const std::vector<bool>& taken, double tolerance, bool scan,
+                                                          std::vector<double>* steps, bool* converged) const {
+    constexpr int scans = 3;
+    if (steps != nullptr) steps->clear();
+    if (converged != nullptr) *converged = false;
+    auto [own, reached] = objective(d, taken);
+    for (int i = 0; i < options_.iterations; ++i) {
+        if (steps != nullptr) steps->push_back(reached);
+        const Displacements one = climbed(d, own, scan && i < scans);
+        const Displacements two = climbed(one, objective(one, taken).first, scan && i < scans);
+        auto [then, now] = objective(two, taken);
+        double first = 0.0;
+        double bend = 0.0;
+        for (std::size_t k = 0; k < n_pulse_; ++k) {
+            const Vector3 r = one[k] - d[k];
+            const Vector3 v = two[k] - one[k] - r;
+            first += dot(r, r);
+            bend += dot(v, v);
+        }
+        const double stretch = bend > 0.0 ? std::sqrt(first / bend) : 1.0;
+        Displacements far = two;
+        for (std::size_t k = 0; k < n_pulse_ && stretch > 1.0; ++k) {
+            const Vector3 r = one[k] - d[k];
+            far[k] = d[k] + 2.0 * stretch * r + stretch * stretch * (two[k] - one[k] - r);
+        }
+        d = two;
+        if (stretch > 1.0) {
+            auto [there, more] = objective(far, taken);
+            if (more > now) {
+                d = std::move(far);
+                then = std::move(there);
+                now = more;
+            }
+        }
+        const double gain = now - reached;
+        own = std::move(then);
+        reached = now;
+        if (gain <= tolerance * now) {
+            if (converged != nullptr) *converged = true;
+            break;
+        }
+    }
+    if (steps != nullptr) steps->push_back(reached);
+    return d;
+}
+
+std::vector<bool> PointTrajectory::half_of(bool second) const {
+    std::vector<bool> out(regions_.size());
+    for (std::size_t m = second ? 1 : 0; m < out.size(); m += 2) out[m] = true;
+    return out;
+}
+
+// What every half of the points says under the motion that the other half gave by itself, each at its brightest pixel then. Motion,
 // peaks and terms are those of the last half afterwards.
 void PointTrajectory::hold_out() {
-    constexpr double tolerance = 1e-5;
     const std::vector<cdouble> all = sums(Displacements(n_pulse_, Vector3{}));
     for (std::size_t m = 0; m < all.size(); ++m) {
         TrajectoryPoint& p = result_.points[m];
@@ -399,31 +451,24 @@ void PointTrajectory::hold_out() {
         const double trials = std::log(static_cast<double>(regions_[m].size())) + std::numbers::egamma;  // the brightest of so many
         result_.coherence_by_chance += trials * chance_[m] / static_cast<double>(all.size());
     }
-    Displacements still = motion_;
-    for (Vector3& d : still) d = -1.0 * d;
-    std::vector<Displacements> own;
-    for (const std::size_t half : {0U, 1U}) {
-        std::vector<bool> taken(regions_.size());
-        for (std::size_t m = half; m < taken.size(); m += 2) taken[m] = true;
-        own.push_back(alternate(still, taken, tolerance, true, nullptr));
-        for (std::size_t k = 0; k < n_pulse_; ++k) own.back()[k] = own.back()[k] + motion_[k];
-    }
-    for (const std::size_t half : {0U, 1U}) {
-        std::vector<bool> others(regions_.size());
-        for (std::size_t m = 1 - half; m < others.size(); m += 2) others[m] = true;
-        motion_ = own[half];
+    for (const bool half : {false, true}) {
+        const std::vector<bool> others = half_of(!half);
+        motion_ = halves_[half ? 1 : 0];
         find_peaks(others);
         collect_terms();
         const std::vector<cdouble> other = sums(Displacements(n_pulse_, Vector3{}));
+        std::vector<double> weight(regions_.size());
         std::vector<double> square(regions_.size());
         for (const std::vector<Term>& pulse : terms_)
             for (const Term& term : pulse) {
                 const double angle = std::arg(std::conj(other[term.point]) * term.value);
+                weight[term.point] += std::abs(term.value);
                 square[term.point] += std::abs(term.value) * angle * angle;
             }
-        for (std::size_t m = 1 - half; m < others.size(); m += 2) {
+        for (std::size_t m = 0; m < others.size(); ++m) {
+            if (!others[m]) continue;
             result_.points[m].held_out = std::norm(other[m]);
-            result_.points[m].spread = std::sqrt(square[m]) / wavenumber_;
+            result_.points[m].spread = std::sqrt(square[m] / weight[m]) / wavenumber_;
         }
     }
 }
@@ -463,7 +508,7 @@ void PointTrajectory::judge(bool converged) {
 
 // From the scatter of the slopes of a pulse's terms and the curvature of their sum.
 void PointTrajectory::deviation() {
-    const std::vector<cdouble> all = sums(Displacements(n_pulse_, Vector3{}));
+    const std::vector<cdouble> all = objective(Displacements(n_pulse_, Vector3{}), std::vector<bool>(regions_.size(), true)).first;
     const auto size = static_cast<Eigen::Index>(axes_.size());
     std_.assign(n_pulse_, Vector3{not_a_number, not_a_number, not_a_number});
     for (std::size_t k = 0; k < n_pulse_; ++k) {

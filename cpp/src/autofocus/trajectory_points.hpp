@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <sarfocus/autofocus/trajectory.hpp>
@@ -12,9 +12,9 @@ namespace sarfocus::autofocus::detail {
 /// Brightest pixels, what every pulse adds up there, the alternation, and what points say that had no part in it. Keeps references to the
 /// arguments, which are checked.
 ///
-/// Clutter spreads evenly over the pulses, and coherence |sum b|^2 / (sum |b|)^2 weights each point by the inverse of what clutter adds to
-/// it, so that the estimate comes close to the most likely one. The channels of a pulse see a displacement under one angle: their terms are
-/// summed before.
+/// The terms of a point are a constant and Gaussian clutter of unknown power: the likelihood of the displacements is -sum log(1 -
+/// coherence) over the points, of coherence |sum b|^2 / (n sum |b|^2). The channels of a pulse see a displacement under one angle: their
+/// terms are summed before.
 class PointTrajectory {
 public:
     PointTrajectory(const TrajectoryEchoes& echoes, const std::vector<geometry::ImageGrid>& regions, const TrajectoryOptions& options,
@@ -38,8 +38,11 @@ private:
     void observability();
     [[nodiscard]] std::vector<cdouble> sums(const Displacements& d) const;
     void climb(const std::vector<Term>& terms, const std::vector<cdouble>& sums, const Vector3& centre, bool scan, Vector3& d) const;
+    [[nodiscard]] std::pair<std::vector<cdouble>, double> objective(const Displacements& d, const std::vector<bool>& taken) const;
+    [[nodiscard]] Displacements climbed(Displacements d, const std::vector<cdouble>& sums, bool scan) const;
     Displacements alternate(Displacements d, const std::vector<bool>& taken, double tolerance, bool scan, std::vector<double>* steps,
                             bool* converged = nullptr) const;
+    [[nodiscard]] std::vector<bool> half_of(bool second) const;
     void hold_out();
     void judge(bool converged);
     void deviation();
@@ -60,6 +63,7 @@ private:
     std::vector<double> power_;             // of the terms at a peak, mean over its pulses and channels
     std::vector<double> chance_;            // coherence of random phases
     std::vector<std::vector<Term>> terms_;  // pulse by pulse, along the path moved by the motion
+    std::vector<Displacements> halves_;     // what each half of the points gives by itself in the first round
     std::vector<Vector3> std_;
     Trajectory result_;
 };

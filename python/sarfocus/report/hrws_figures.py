@@ -10,6 +10,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from .figures import AFTER, BEFORE, IDEAL, INK, SOFT, decibel, figure, style
 
@@ -104,8 +105,8 @@ def scene_figure(
     """Draw images [azimuth, range] in dB over a high percentile of the `reference`; extent and box (ground, along), m."""
     rows = -(-len(images) // columns)
     left, right, bottom, top = (1e-3 * edge for edge in extent)
-    panel = 9.6 / columns
-    height = float(np.clip(panel * (top - bottom) / (right - left), 1.0, 4.0))
+    panel = 11.4 / columns
+    height = float(np.clip(panel * (top - bottom) / (right - left), 1.1, 4.0))
     made = figure(panel * columns + 1.6, rows * (height + 0.45) + 0.4)
     panels = made.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     level = float(np.percentile(np.abs(images[reference]), BRIGHT_PERCENTILE))
@@ -129,6 +130,7 @@ def scene_figure(
         last = [axes for axes in panels[:, column] if axes.get_visible()][-1]
         last.set_xlabel("ground range (km)")
         last.tick_params(labelbottom=True)
+        last.xaxis.set_major_locator(MaxNLocator(5))
     if shown is not None:
         bar = made.colorbar(shown, ax=panels, shrink=0.6, pad=0.015)
         bar.set_label(f"dB over the {BRIGHT_PERCENTILE:g}th percentile with the true motion", color=INK, size=8)
