@@ -8,6 +8,7 @@
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/focus/backproject.hpp>
 #include <sarfocus/focus/doppler_centroid.hpp>
+#include <sarfocus/focus/factorized.hpp>
 #include <sarfocus/focus/range_doppler.hpp>
 
 #include "bindings.hpp"
@@ -23,20 +24,32 @@ namespace {
 using geometry::ImageGrid;
 
 py::array backproject(const py::object& data, const py::object& positions, const ImageGrid& grid, const py::object& range_start,
-                      double range_spacing, double wavelength, const std::string& method, const py::object& out, int threads,
-                      const py::object& progress) {
-    if (method != "exact") throw ValueError("method", "\"exact\"", "\"" + method + "\"");
+                      double range_spacing, double wavelength, const std::string& method, double target_error_db, const py::object& out,
+                      int threads, const py::object& progress) {
+    if (method != "exact" && method != "ffbp") throw ValueError("method", "\"exact\" or \"ffbp\"", "\"" + method + "\"");
     const auto samples = input<cfloat, 2>(data, "data");
     const Positions centres = positions_of(positions);
     const auto start = range_start_of(range_start);
     const auto image = output<cfloat, 2>(out, grid.shape(), &samples.owner);
-    focus::BackprojectOptions options;
-    options.execution = execution(threads, progress);
+    const focus::RangeProfiles profiles{samples.view, start.view, range_spacing, wavelength};
+    const Execution how = execution(threads, progress);
     {
         const py::gil_scoped_release release;
-        focus::backproject({samples.view, start.view, range_spacing, wavelength}, centres.view(), grid, image.view, options);
+        if (method == "exact")
+            focus::backproject(profiles, centres.view(), grid, image.view, {how});
+        else
+            focus::backproject_factorized(profiles, centres.view(), grid, image.view, {target_error_db, how});
     }
     return image.owner;
+}
+
+focus::FactorizedReport plan_factorized(const py::object& positions, const ImageGrid& grid, std::ptrdiff_t n_range,
+                                        const py::object& range_start, double range_spacing, double wavelength, double target_error_db) {
+    const Positions centres = positions_of(positions);
+    const auto start = range_start_of(range_start);
+    const focus::RangeProfiles profiles{{nullptr, {centres.view().n_pulse(), n_range}}, start.view, range_spacing, wavelength};
+    const py::gil_scoped_release release;
+    return focus::plan_factorized(profiles, centres.view(), grid, {target_error_db, {}});
 }
 
 py::array backproject_histories(const py::object& data, const py::object& positions, const py::object& points,
@@ -189,8 +202,9 @@ ShapeError, ValueError, TypeError, NumericalError)");
 void bind_focus(py::module_ m) {
     bind_stripmap(m);
     m.def("backproject", &backproject, py::arg("data"), py::arg("positions"), py::arg("grid"), py::kw_only(), py::arg("range_start"),
-          py::arg("range_spacing"), py::arg("wavelength"), py::arg("method") = "exact", py::arg("out") = py::none(), py::arg("threads") = 0,
-          py::arg("progress") = py::none(), R"(Form an image by backprojection: any grid, any path, mono- or bistatic.
+          py::arg("range_spacing"), py::arg("wavelength"), py::arg("method") = "exact", py::arg("target_error_db") = -60.0,
+          py::arg("out") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+          R"(Form an image by backprojection: any grid, any path, mono- or bistatic.
 
 Parameters
 ----------
@@ -207,8 +221,12 @@ range_spacing : float
     m.
 wavelength : float
     m.
-method : {"exact"}
-    Sum over every pulse for every pixel. The interpolation between range samples errs by -68 dB for critically sampled data.
+method : {"exact", "ffbp"}
+    exact: the sum over every pulse for every pixel; the interpolation between range samples errs by -68 dB for critically sampled data.
+    ffbp: factorised, for plane and polar grids; much faster where pixels and pulses are many, to the error asked for. Small jobs, and
+    geometries in which that error can't be kept, are summed exactly; `plan_factorized` tells.
+target_error_db : float
+    Of ffbp: RMS error over RMS of the exact image, -90 ... -20 dB.
 out : complex64 [grid.shape], optional
     Where the image goes; any strides.
 threads : int
@@ -223,6 +241,39 @@ complex64 [n_azimuth, n_range]
 Raises
 ------
 ShapeError, ValueError, TypeError, NumericalError, MemoryError)");
+    py::class_<focus::FactorizedStage>(m, "FactorizedStage",
+                                       "One step of factorised backprojection: tiles and their virtual phase centres.")
+        .def_readonly("rows", &focus::FactorizedStage::rows, "Pixels of a tile.")
+        .def_readonly("columns", &focus::FactorizedStage::columns)
+        .def_readonly("centres", &focus::FactorizedStage::centres, "Virtual phase centres that stand for all pulses.")
+        .def_readonly("taps", &focus::FactorizedStage::taps, "Of the kernel along the track.")
+        .def_readonly("oversampling", &focus::FactorizedStage::oversampling, "Of the centres, over what a tile needs.");
+    py::class_<focus::FactorizedReport>(m, "FactorizedReport", "What factorised backprojection does and needs.")
+        .def_readonly("factorized", &focus::FactorizedReport::factorized)
+        .def_readonly("reason", &focus::FactorizedReport::reason, "Why the exact sum is taken, where it is.")
+        .def_readonly("predicted_error_db", &focus::FactorizedReport::predicted_error_db)
+        .def_property_readonly("stages",
+                               [](const focus::FactorizedReport& report) {
+                                   py::list out;
+                                   for (const focus::FactorizedStage& stage : report.stages) out.append(stage);
+                                   return out;
+                               })
+        .def_readonly("pieces", &focus::FactorizedReport::pieces, "Into which the path is cut, because it turns.")
+        .def_readonly("work", &focus::FactorizedReport::work, "Estimated, over that of the exact sum.")
+        .def_readonly("memory", &focus::FactorizedReport::memory, "Bytes beyond input and output.");
+    m.def("plan_factorized", &plan_factorized, py::arg("positions"), py::arg("grid"), py::kw_only(), py::arg("n_range"),
+          py::arg("range_start"), py::arg("range_spacing"), py::arg("wavelength"), py::arg("target_error_db") = -60.0,
+          R"(What `backproject(..., method="ffbp")` would do and need: stages, predicted error, memory.
+
+Parameters as for `backproject`, with the number of range samples n_range in place of the data.
+
+Returns
+-------
+FactorizedReport
+
+Raises
+------
+ShapeError, ValueError, NumericalError)");
     m.def("backproject_histories", &backproject_histories, py::arg("data"), py::arg("positions"), py::arg("points"), py::kw_only(),
           py::arg("range_start"), py::arg("range_spacing"), py::arg("wavelength"), py::arg("out") = py::none(), py::arg("threads") = 0,
           py::arg("progress") = py::none(), R"(The terms of the backprojection sum of single points: their dechirped histories.

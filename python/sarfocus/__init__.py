@@ -30,6 +30,8 @@ from ._core.autofocus import (
     trajectory_from_ridges,
 )
 from ._core.focus import (
+    FactorizedReport,
+    FactorizedStage,
     RangeCompressed,
     azimuth_compress,
     azimuth_decompress,
@@ -38,6 +40,7 @@ from ._core.focus import (
     compress_frequency,
     estimate_doppler_centroid,
     form_stripmap,
+    plan_factorized,
     project,
     range_compress,
 )
@@ -46,6 +49,8 @@ from ._core.strip import spga, spga_linear
 
 __all__ = [
     "Cancelled",
+    "FactorizedReport",
+    "FactorizedStage",
     "ImageGrid",
     "MemoryEstimateError",
     "NumericalError",
@@ -89,6 +94,7 @@ __all__ = [
     "path_weights",
     "pga",
     "pga_2d",
+    "plan_factorized",
     "project",
     "quality",
     "range_compress",

@@ -14,11 +14,51 @@ def backproject(
     range_start: ArrayLike,
     range_spacing: float,
     wavelength: float,
-    method: Literal["exact"] = "exact",
+    method: Literal["exact", "ffbp"] = "exact",
+    target_error_db: float = -60.0,
     out: NDArray[np.complex64] | None = None,
     threads: int = 0,
     progress: Callable[[str, int, int], bool | None] | None = None,
 ) -> NDArray[np.complex64]: ...
+
+class FactorizedStage:
+    @property
+    def rows(self) -> int: ...
+    @property
+    def columns(self) -> int: ...
+    @property
+    def centres(self) -> int: ...
+    @property
+    def taps(self) -> int: ...
+    @property
+    def oversampling(self) -> float: ...
+
+class FactorizedReport:
+    @property
+    def factorized(self) -> bool: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def predicted_error_db(self) -> float: ...
+    @property
+    def stages(self) -> list[FactorizedStage]: ...
+    @property
+    def pieces(self) -> int: ...
+    @property
+    def work(self) -> float: ...
+    @property
+    def memory(self) -> int: ...
+
+def plan_factorized(
+    positions: ArrayLike | tuple[ArrayLike, ArrayLike],
+    grid: ImageGrid,
+    *,
+    n_range: int,
+    range_start: ArrayLike,
+    range_spacing: float,
+    wavelength: float,
+    target_error_db: float = -60.0,
+) -> FactorizedReport: ...
 def backproject_histories(
     data: NDArray[np.complex64],
     positions: ArrayLike | tuple[ArrayLike, ArrayLike],
