@@ -137,9 +137,16 @@ public:
         std::int64_t total = 0;
         for (const Piece& piece : plan_.pieces) total += static_cast<std::int64_t>(2 * piece.pulses.size() * plan_.roots.size());
         Monitor monitor(execution_, "backproject, factorised", total);
-        for (const Piece& piece : plan_.pieces)
+        for (const Piece& piece : plan_.pieces) {
+            places_.clear();
+            rates_.clear();
+            for (const double t : piece.along) {
+                places_.push_back(piece.track->at(t));
+                rates_.push_back(piece.track->rate(t));
+            }
             for (std::size_t g = 0; g + 1 < plan_.groups.size() && !monitor.stopped(); ++g)
                 form_group(piece, plan_.groups[g], plan_.groups[g + 1], monitor);
+        }
         monitor.finish();
         return std::any_of(seen_.begin(), seen_.end(), [](char s) { return s != 0; });
     }
@@ -180,7 +187,8 @@ private:
                     const std::ptrdiff_t pulse = piece.pulses[at_pulse];
                     float* line = upsampled_.data() + k * line_floats(upsampler_.width());
                     upsampler_.run(profiles_.data.row(pulse), line, line + upsampler_.width(), own.upsampling);
-                    pulses_[static_cast<std::size_t>(k / block)].set(k % block, centres_, pulse, *piece.track, piece.along[at_pulse]);
+                    pulses_[static_cast<std::size_t>(k / block)].set(k % block, {centres_.tx(pulse), centres_.rx(pulse)}, places_[at_pulse],
+                                                                     rates_[at_pulse]);
                 }
 #pragma omp for schedule(dynamic)
                 for (std::ptrdiff_t t = 0; t < n_tile; ++t)
@@ -417,6 +425,8 @@ private:
     Array<float, 1> upsampled_;
     std::ptrdiff_t held_pulses_ = 0;
     std::vector<PulseBlock> pulses_;
+    std::vector<Antennas> places_;  // on the track, of the pulses of the piece in work
+    std::vector<Antennas> rates_;
     std::vector<char> seen_;
 };
 

@@ -15,13 +15,22 @@ namespace {
 constexpr std::ptrdiff_t samples_across = 4;  // tiles tried along each side of the image
 constexpr std::ptrdiff_t sample_pulses = 48;
 
-std::vector<Tile> sample_tiles(const PixelFrame& frame, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+bool holds(const Tile& tile, std::ptrdiff_t row, std::ptrdiff_t column) {
+    return row >= tile.row && row < tile.row + tile.rows && column >= tile.column && column < tile.column + tile.columns;
+}
+
+// Without those that are left to the exact sum.
+std::vector<Tile> sample_tiles(const PixelFrame& frame, const std::vector<RootTile>& roots, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    const auto exact = [&](std::ptrdiff_t i, std::ptrdiff_t j) {
+        return std::any_of(roots.begin(), roots.end(), [&](const RootTile& r) { return !r.factorized && holds(r.tile, i, j); });
+    };
     std::vector<Tile> out;
     const std::ptrdiff_t last_row = std::max<std::ptrdiff_t>(frame.rows() - rows, 0);
     const std::ptrdiff_t last_column = std::max<std::ptrdiff_t>(frame.columns() - columns, 0);
     for (std::ptrdiff_t i = 0; i < samples_across; ++i)
         for (std::ptrdiff_t j = 0; j < samples_across; ++j)
-            out.emplace_back(frame, last_row * i / (samples_across - 1), last_column * j / (samples_across - 1), rows, columns);
+            if (!exact(last_row * i / (samples_across - 1), last_column * j / (samples_across - 1)))
+                out.emplace_back(frame, last_row * i / (samples_across - 1), last_column * j / (samples_across - 1), rows, columns);
     return out;
 }
 
@@ -50,7 +59,7 @@ double kernel_error(const Plan& plan, const Piece& piece, const Level& level, do
     double power = 0.0;
     double count = 0.0;
     float weights[BandKernel::most_taps];
-    for (const Tile& tile : sample_tiles(frame, level.rows, level.columns))
+    for (const Tile& tile : sample_tiles(frame, plan.roots, level.rows, level.columns))
         for (const Vector3& p : sample_pixels(frame, tile))
             for (int k = 0; k < 12; ++k) {
                 const double t = begin + (end - begin) * (k + 0.5) / 12.0;
@@ -69,7 +78,7 @@ double kernel_error(const Plan& plan, const Piece& piece, const Level& level, do
                 power += std::norm(difference);
                 count += 1.0;
             }
-    return power / count;
+    return power / std::max(count, 1.0);
 }
 
 double leaf_error(const Plan& plan, const Level& level, double spacing) {
@@ -78,7 +87,7 @@ double leaf_error(const Plan& plan, const Level& level, double spacing) {
     double power = 0.0;
     double count = 0.0;
     RowTerms terms[LeafGeometry::most_rows];
-    for (const Tile& tile : sample_tiles(frame, level.rows, level.columns)) {
+    for (const Tile& tile : sample_tiles(frame, plan.roots, level.rows, level.columns)) {
         LeafGeometry geometry(frame, tile, plan.monostatic);
         geometry.set_reference(level.centres[level.centres.size() / 2], plan.cycles_per_metre);
         for (std::size_t n = 0; n < level.centres.size(); n += std::max<std::size_t>(1, level.centres.size() / 5)) {
@@ -102,25 +111,27 @@ double leaf_error(const Plan& plan, const Level& level, double spacing) {
                 }
         }
     }
-    return power / count;
+    return power / std::max(count, 1.0);
 }
 
 }  // namespace
 
-double track_error(const PixelFrame& frame, const geometry::PhaseCentres& centres, std::ptrdiff_t begin, std::ptrdiff_t end,
-                   const VirtualTrack& track, std::ptrdiff_t rows, std::ptrdiff_t columns, double highest, double spacing) {
+double track_error(const PixelFrame& frame, const std::vector<RootTile>& roots, const geometry::PhaseCentres& centres, std::ptrdiff_t begin,
+                   std::ptrdiff_t end, const VirtualTrack& track, std::ptrdiff_t rows, std::ptrdiff_t columns, double highest,
+                   double spacing) {
     const std::ptrdiff_t n = std::min(sample_pulses, end - begin);
     PulseBlock block;
     std::vector<std::ptrdiff_t> pulses;
     for (std::ptrdiff_t k = 0; k < n; ++k) {
         pulses.push_back(begin + (end - begin - 1) * k / std::max<std::ptrdiff_t>(n - 1, 1));
-        block.set(k, centres, pulses.back(), track, track.along(middle_of(centres, pulses.back())));
+        const double along = track.along(middle_of(centres, pulses.back()));
+        block.set(k, {centres.tx(pulses.back()), centres.rx(pulses.back())}, track.at(along), track.rate(along));
     }
     double power = 0.0;
     double count = 0.0;
     double shift[PulseBlock::capacity];
     double scale[PulseBlock::capacity];
-    for (const Tile& tile : sample_tiles(frame, rows, columns)) {
+    for (const Tile& tile : sample_tiles(frame, roots, rows, columns)) {
         block.match(tile.centre, frame.axis(0), frame.axis(1), n, shift, scale);
         const std::vector<Vector3> pixels = sample_pixels(frame, tile);
         for (std::ptrdiff_t k = 0; k < n; ++k) {
@@ -134,7 +145,7 @@ double track_error(const PixelFrame& frame, const geometry::PhaseCentres& centre
             }
         }
     }
-    return std::sqrt(power / count);
+    return std::sqrt(power / std::max(count, 1.0));
 }
 
 double geometric_error(const Plan& plan, const Piece& piece, const geometry::PhaseCentres& centres, double highest, double spacing) {
@@ -142,7 +153,8 @@ double geometric_error(const Plan& plan, const Piece& piece, const geometry::Pha
     if (piece.off_track) {
         const auto [first, last] = std::minmax_element(piece.pulses.begin(), piece.pulses.end());
         const Level& root = piece.levels.front();
-        power += square(track_error(*plan.frame, centres, *first, *last + 1, *piece.track, root.rows, root.columns, highest, spacing));
+        power += square(
+            track_error(*plan.frame, plan.roots, centres, *first, *last + 1, *piece.track, root.rows, root.columns, highest, spacing));
     }
     double begin = piece.along.front();
     double end = piece.along.back();

@@ -62,7 +62,7 @@ struct LeafWorkspace {
     RowTable table{};
     alignas(64) RowTerms terms[LeafGeometry::most_rows];
     alignas(64) float sums[LeafGeometry::most_rows * 2 * RowTable::columns];
-    alignas(64) float bins[RowTable::most_phases][2][RowTable::span + 2 * pad];
+    alignas(64) float bins[RowTable::most_phases][2][RowTable::span + 2 * pad] = {};
     alignas(64) double place[RowTable::span + 2 * pad];
     alignas(64) float edge_sums[LeafGeometry::most_rows * 2 * RowTable::columns];
 

@@ -33,7 +33,7 @@ struct RowTable {
     static constexpr std::ptrdiff_t margin = 15;   ///< pixels by which rows may be displaced against one another
     static constexpr std::ptrdiff_t span =
         columns + 2 * (margin + 1) + line_lanes;      ///< pixels that have bins, and room for whole registers
-    static constexpr std::ptrdiff_t most_phases = 4;  ///< bins a pixel
+    static constexpr std::ptrdiff_t most_phases = 8;  ///< bins a pixel
     alignas(64) float cubic[most_phases][4][2][span];
 };
 

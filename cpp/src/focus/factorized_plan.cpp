@@ -20,6 +20,7 @@ using geometry::ImageGrid;
 using geometry::PhaseCentres;
 
 constexpr std::ptrdiff_t leaf_columns = RowTable::columns;
+constexpr double most_cubic_band = 0.7;   // of the bins' sampling rate
 constexpr double least_slope = 0.1;       // of the range along a row, m a metre: flatter rows are left to the exact sum
 constexpr double most_exact_share = 0.3;  // of the image, before all of it is formed exactly
 
@@ -155,6 +156,7 @@ public:
         const std::vector<std::ptrdiff_t> ends = pieces_of_path(centres_);
         if (ends.empty()) return exact("the path does not go on in one direction for 64 pulses");
         if (plan_.exact_work < 2.0 * cost::planning) return exact("the job is small");
+        if (too_coarse()) return exact("pixels lie too far apart along range");
         std::vector<Candidate> list = candidates(*plan_.frame);
         for (Candidate& c : list) {
             prepare(c, ends, false);
@@ -225,11 +227,17 @@ private:
         for (plan_.row_phases = 1; plan_.row_phases <= RowTable::most_phases; ++plan_.row_phases) {
             const double bin = pixel / static_cast<double>(plan_.row_phases);  // along a row that runs straight away from the radar
             const double cubic_band = bin / profiles_.range_spacing;
-            if (cubic_band > 0.7) continue;
+            if (cubic_band > most_cubic_band) continue;
             plan_.cubic.emplace(cubic_band);
             if (plan_.cubic->error() <= cubic_share) return;
         }
         plan_.row_phases = RowTable::most_phases;
+    }
+
+    // Pixels so far apart that even the most bins between them sample the data too coarsely.
+    [[nodiscard]] bool too_coarse() const {
+        const double pixel = norm(plan_.frame->along_row(0.5 * static_cast<double>(plan_.frame->rows())));
+        return pixel > most_cubic_band * static_cast<double>(RowTable::most_phases) * profiles_.range_spacing;
     }
 
     const VirtualTrack& track(std::ptrdiff_t begin, std::ptrdiff_t count, std::ptrdiff_t degree) {
@@ -247,7 +255,7 @@ private:
             out.track = track(begin, count, degree);
             out.off_track = out.track->deviation() > 1e-5 * profiles_.wavelength;
             if (!out.off_track) break;
-            if (thorough && track_error(*plan_.frame, centres_, begin, end, *out.track, root_rows, root_columns, highest_,
+            if (thorough && track_error(*plan_.frame, plan_.roots, centres_, begin, end, *out.track, root_rows, root_columns, highest_,
                                         profiles_.range_spacing) < 0.3 * target_)
                 break;
         }

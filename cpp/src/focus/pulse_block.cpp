@@ -66,12 +66,9 @@ void PulseBlock::put(Coordinates& to, std::ptrdiff_t k, const Vector3& p) {
     to.z[k] = p[2];
 }
 
-void PulseBlock::set(std::ptrdiff_t k, const geometry::PhaseCentres& centres, std::ptrdiff_t pulse, const VirtualTrack& track,
-                     double along) {
-    const Antennas place = track.at(along);
-    const Antennas rate = track.rate(along);
-    put(tx_, k, centres.tx(pulse));
-    put(rx_, k, centres.rx(pulse));
+void PulseBlock::set(std::ptrdiff_t k, const Antennas& pulse, const Antennas& place, const Antennas& rate) {
+    put(tx_, k, pulse.tx);
+    put(rx_, k, pulse.rx);
     put(track_tx_, k, place.tx);
     put(track_rx_, k, place.rx);
     put(rate_tx_, k, rate.tx);

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include <sarfocus/geometry/phase_centres.hpp>
+#include <sarfocus/core/vector3.hpp>
 
 #include "focus/virtual_track.hpp"
 
@@ -13,8 +13,8 @@ class PulseBlock {
 public:
     static constexpr std::ptrdiff_t capacity = 64;
 
-    /// Pulse k becomes number k of the block; `along` is its parameter on the track.
-    void set(std::ptrdiff_t k, const geometry::PhaseCentres& centres, std::ptrdiff_t pulse, const VirtualTrack& track, double along);
+    /// A pulse becomes number k of the block; `place` and `rate` are those of the track.
+    void set(std::ptrdiff_t k, const Antennas& pulse, const Antennas& place, const Antennas& rate);
 
     /// Ranges of a point to the first n pulses.
     void ranges(const Vector3& p, std::ptrdiff_t n, bool monostatic, double* range) const;
