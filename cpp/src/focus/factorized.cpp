@@ -164,9 +164,12 @@ private:
             floats += tiles.back().floats() * root.n_centre();
         }
         if (tiles.empty()) return;
-        require_memory(static_cast<std::uint64_t>(floats) * sizeof(float), "lines of factorised backprojection");
-        Array<float, 1> lines({floats});
-        float* at = lines.data();
+        if (lines_.size() < floats) {
+            require_memory(static_cast<std::uint64_t>(floats) * sizeof(float), "lines of factorised backprojection");
+            lines_ = Array<float, 1>();
+            lines_ = Array<float, 1>({floats});
+        }
+        float* at = lines_.data();
         for (TileLines& t : tiles) {
             t.lines = at;
             at += t.floats() * root.n_centre();
@@ -175,6 +178,11 @@ private:
 
         const auto n_pulse = static_cast<std::ptrdiff_t>(piece.pulses.size());
         const auto n_tile = static_cast<std::ptrdiff_t>(tiles.size());
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+        for (std::ptrdiff_t t = 0; t < n_tile; ++t) {
+            const TileLines& target = tiles[static_cast<std::size_t>(t)];
+            std::fill_n(target.lines, target.floats() * root.n_centre(), 0.0f);
+        }
         for (std::ptrdiff_t first = 0; first < n_pulse && !monitor.stopped(); first += held_pulses_) {
             const std::ptrdiff_t count = std::min(held_pulses_, n_pulse - first);
 #pragma omp parallel num_threads(threads_) if (threads_ > 1)
@@ -422,6 +430,7 @@ private:
     int threads_;
     RangeUpsampler upsampler_;
     std::vector<std::unique_ptr<ThreadMemory>> memory_;
+    Array<float, 1> lines_;  // of the tiles of a group
     Array<float, 1> upsampled_;
     std::ptrdiff_t held_pulses_ = 0;
     std::vector<PulseBlock> pulses_;

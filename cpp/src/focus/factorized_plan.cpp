@@ -205,7 +205,7 @@ private:
         // Along range there is one filter a level and one to the bins, whose errors may add up with one sign; along the track one filter a
         // level, of which the largest error, at the edge of a tile, is many times the mean; then the cubic, and the geometry.
         const double share = target_ / std::sqrt(n_level + 1.0);
-        choose_range_kernel(0.75 * target_ / (n_level + 1.0), 0.4 * target_, thorough);
+        choose_range_kernel(0.85 * target_ / (n_level + 1.0), 0.4 * target_, thorough);
         plan_.pieces.clear();
         for (std::size_t k = 0; k + 1 < ends.size(); ++k)
             plan_.pieces.push_back(piece(ends[k], ends[k + 1], root_rows, root_columns, thorough));
