@@ -19,14 +19,14 @@ double sinc(double x) {
 
 class Normal {
 public:
-    Normal(std::ptrdiff_t taps, double band) : taps_(taps), band_(band) {
+    Normal(std::ptrdiff_t taps, double band) : taps_(taps), before_(taps / 2 - 1), band_(band) {
         Eigen::MatrixXd gram(taps, taps);
         for (std::ptrdiff_t r = 0; r < taps; ++r)
             for (std::ptrdiff_t c = 0; c < taps; ++c) gram(r, c) = sinc(static_cast<double>(r - c) * band) + (r == c ? ridge : 0.0);
         factor_.compute(gram);
     }
 
-    [[nodiscard]] double place(std::ptrdiff_t t) const { return static_cast<double>(t - (taps_ / 2 - 1)); }
+    [[nodiscard]] double place(std::ptrdiff_t t) const { return static_cast<double>(t - before_); }
 
     [[nodiscard]] Eigen::VectorXd weights(double fraction) const {
         Eigen::VectorXd right(taps_);
@@ -36,6 +36,7 @@ public:
 
 private:
     std::ptrdiff_t taps_;
+    std::ptrdiff_t before_;
     double band_;
     Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
@@ -95,9 +96,11 @@ BandCubic::BandCubic(double band) {
         for (int k = 0; k < n_x; ++k) {
             const double x = (k + 0.5) / n_x - 0.5;
             std::complex<double> difference = -std::polar(1.0, w * x);
-            for (std::ptrdiff_t a = 0; a < n; ++a)
-                difference +=
-                    solution(a) * std::pow(x, static_cast<double>(a / taps)) * std::polar(1.0, w * static_cast<double>(a % taps - side));
+            double monomial = 1.0;
+            for (std::ptrdiff_t a = 0; a < n; ++a) {
+                if (a > 0 && a % taps == 0) monomial *= x;
+                difference += solution(a) * monomial * std::polar(1.0, w * static_cast<double>(a % taps - side));
+            }
             power += std::norm(difference) / (n_x * n_x);
         }
     }

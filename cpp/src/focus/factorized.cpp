@@ -245,6 +245,7 @@ private:
 
         const double record = static_cast<double>(profiles_.data.extent(1) - 1) * profiles_.range_spacing;
         const std::ptrdiff_t taps = level.kernel->taps();
+        const std::ptrdiff_t last_whole = level.n_centre() - 1 - taps / 2;
         std::ptrdiff_t lines = 0;
         std::ptrdiff_t edges = 0;
         std::ptrdiff_t at_edge[block];
@@ -269,9 +270,8 @@ private:
             if (std::abs(scale[k]) * plan_.cycles_per_metre * (target.extent.high - target.extent.low) > 1e-5)
                 detail::turn_line(to, target.width, scale[k] * plan_.cycles_per_metre * target.first,
                                   scale[k] * plan_.cycles_per_metre * plan_.spacing);
-            const double along =
-                std::clamp((piece.along[at] + shift[k] - level.first) / level.step, static_cast<double>(level.kernel->before()),
-                           static_cast<double>(level.n_centre() - 1 - taps / 2) + 0.999999);
+            const double along = std::clamp((piece.along[at] + shift[k] - level.first) / level.step,
+                                            static_cast<double>(level.kernel->before()), static_cast<double>(last_whole) + 0.999999);
             const double whole = std::floor(along);
             level.kernel->weights(along - whole, weights[lines]);
             first_centre[lines] = static_cast<std::ptrdiff_t>(whole) - level.kernel->before();

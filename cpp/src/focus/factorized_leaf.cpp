@@ -136,7 +136,8 @@ void add_leaf_line(const Plan& plan, const LeafGeometry& geometry, const LeafLin
     const std::ptrdiff_t phases = plan.row_phases;
     const BandKernel& kernel = *plan.range_kernel;
     const auto least = static_cast<double>(kernel.before());
-    const auto last = static_cast<double>(line.width - kernel.taps() / 2 - 1);
+    const std::ptrdiff_t behind = kernel.taps() / 2 + 1;
+    const auto last = static_cast<double>(line.width - behind);
     double middle[4];
     const std::ptrdiff_t displaced = geometry.locate(line.antennas, plan.cycles_per_metre, phases, work.terms, middle);
     // Pixels that need a cubic, and those that the cubics need: indices as in RowTable.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -184,7 +185,7 @@ private:
     }
 
     void choose_frame(const ImageGrid& grid) {
-        plan_.frame.emplace(grid, false);
+        plan_.frame = std::make_unique<PixelFrame>(grid, false);
         if (grid.kind() != ImageGrid::Kind::plane) return;
         const PixelFrame& frame = *plan_.frame;
         const std::ptrdiff_t p = centres_.n_pulse() / 2;
@@ -194,7 +195,7 @@ private:
         const double along_row = std::abs(centres_.range(p, frame.position(i, j + 1.0)) - here) / norm(frame.along_row(i));
         const double across =
             std::abs(centres_.range(p, frame.position(i + 1.0, j)) - here) / norm(frame.position(i + 1.0, j) - frame.position(i, j));
-        if (across > along_row) plan_.frame.emplace(grid, true);
+        if (across > along_row) plan_.frame = std::make_unique<PixelFrame>(grid, true);
     }
 
     // Everything about a candidate; without `thorough` the path is a curve of the third order, and no tables are built.
@@ -220,7 +221,7 @@ private:
         range_taps_ = 4;
         while (range_taps_ < BandKernel::most_taps && BandKernel::error(range_taps_, band).mean > share) range_taps_ += 2;
         range_error_ = BandKernel::error(range_taps_, band).mean;
-        if (thorough) plan_.range_kernel.emplace(range_taps_, band);
+        if (thorough) plan_.range_kernel = std::make_unique<BandKernel>(range_taps_, band);
         if (!thorough && plan_.cubic) return;
         const PixelFrame& frame = *plan_.frame;
         const double pixel = norm(frame.along_row(0.5 * static_cast<double>(frame.rows())));
@@ -228,7 +229,7 @@ private:
             const double bin = pixel / static_cast<double>(plan_.row_phases);  // along a row that runs straight away from the radar
             const double cubic_band = bin / profiles_.range_spacing;
             if (cubic_band > most_cubic_band) continue;
-            plan_.cubic.emplace(cubic_band);
+            plan_.cubic = std::make_unique<BandCubic>(cubic_band);
             if (plan_.cubic->error() <= cubic_share) return;
         }
         plan_.row_phases = RowTable::most_phases;
@@ -240,10 +241,10 @@ private:
         return pixel > most_cubic_band * static_cast<double>(RowTable::most_phases) * profiles_.range_spacing;
     }
 
-    const VirtualTrack& track(std::ptrdiff_t begin, std::ptrdiff_t count, std::ptrdiff_t degree) {
-        const std::pair key(begin, degree);
-        const auto found = tracks_.find(key);
-        return found != tracks_.end() ? found->second : tracks_.emplace(key, VirtualTrack(centres_, begin, count, degree)).first->second;
+    std::shared_ptr<const VirtualTrack> track(std::ptrdiff_t begin, std::ptrdiff_t count, std::ptrdiff_t degree) {
+        std::shared_ptr<const VirtualTrack>& found = tracks_[{begin, degree}];
+        if (!found) found = std::make_shared<VirtualTrack>(centres_, begin, count, degree);
+        return found;
     }
 
     Piece piece(std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t root_rows, std::ptrdiff_t root_columns, bool thorough) {
@@ -377,7 +378,8 @@ private:
             level.step = std::min(0.5 / (oversampling * highest_ * rate), end - begin);
             // Pulses beside the track are moved along it a little.
             const std::ptrdiff_t slack = l == 0 && p.off_track ? 1 : 0;
-            level.first = begin - static_cast<double>(taps / 2 - 1 + slack) * level.step;
+            const std::ptrdiff_t before = taps / 2 - 1 + slack;
+            level.first = begin - static_cast<double>(before) * level.step;
             const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(std::floor((end - begin) / level.step)) + taps + 2 * slack;
             level.margin = (range_taps_ / 2 + 1) * static_cast<std::ptrdiff_t>(n_level - l) + BandCubic::side + 2;
             level.margin_behind = level.margin + line_lanes * static_cast<std::ptrdiff_t>(n_level - 1 - l);
@@ -393,10 +395,10 @@ private:
             }
             level.centres.resize(static_cast<std::size_t>(n));
             if (thorough) {
-                level.kernel.emplace(taps, 1.0 / oversampling);
+                level.kernel = std::make_unique<BandKernel>(taps, 1.0 / oversampling);
                 for (std::ptrdiff_t k = 0; k < n; ++k)
                     level.centres[static_cast<std::size_t>(k)] = p.track->at(level.first + static_cast<double>(k) * level.step);
-                level.arrays.emplace(level.centres);
+                level.arrays = std::make_unique<AntennaArrays>(level.centres);
                 if (l > 0) set_sources(p.levels.back(), level);
             }
             p.levels.push_back(std::move(level));
@@ -534,7 +536,7 @@ private:
     bool plan_too_large_ = false;
     std::vector<std::ptrdiff_t> root_rows_;  // first rows and columns of the tiles in plan_.roots
     std::vector<std::ptrdiff_t> root_columns_;
-    std::map<std::pair<std::ptrdiff_t, std::ptrdiff_t>, VirtualTrack> tracks_;  // by first pulse and degree
+    std::map<std::pair<std::ptrdiff_t, std::ptrdiff_t>, std::shared_ptr<const VirtualTrack>> tracks_;  // by first pulse and degree
     Plan plan_;
 };
 

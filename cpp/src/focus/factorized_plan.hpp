@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -76,11 +76,11 @@ struct Level {
     double first = 0.0;
     double step = 0.0;
     std::vector<Antennas> centres;
-    std::optional<AntennaArrays> arrays;
-    std::optional<BandKernel> kernel;  ///< from the level before (pulses, for the first) onto these centres
-    std::ptrdiff_t margin = 0;         ///< samples of a line in front of its tile
-    std::ptrdiff_t margin_behind = 0;  ///< and behind it: lines of the next level are whole registers long
-    std::ptrdiff_t most_width = 0;     ///< samples of a line, no tile's are wider
+    std::unique_ptr<AntennaArrays> arrays;
+    std::unique_ptr<BandKernel> kernel;  ///< from the level before (pulses, for the first) onto these centres
+    std::ptrdiff_t margin = 0;           ///< samples of a line in front of its tile
+    std::ptrdiff_t margin_behind = 0;    ///< and behind it: lines of the next level are whole registers long
+    std::ptrdiff_t most_width = 0;       ///< samples of a line, no tile's are wider
 
     /// For each centre: which lines of the level before add to it, and by what. Empty at the first level.
     struct Sources {
@@ -97,7 +97,7 @@ struct Piece {
     std::vector<std::ptrdiff_t> pulses;  ///< by their place along the track
     std::vector<double> along;           ///< their parameter
     bool off_track = false;              ///< whether pulses lie beside the track by more than the phase can bear
-    std::optional<VirtualTrack> track;
+    std::shared_ptr<const VirtualTrack> track;
     std::vector<Level> levels;
 };
 
@@ -109,11 +109,11 @@ struct RootTile {
 
 struct Plan {
     std::string exact_because;  ///< empty: factorise
-    std::optional<PixelFrame> frame;
+    std::unique_ptr<PixelFrame> frame;
     std::vector<Piece> pieces;
     std::vector<RootTile> roots;
-    std::optional<BandKernel> range_kernel;
-    std::optional<BandCubic> cubic;
+    std::unique_ptr<BandKernel> range_kernel;
+    std::unique_ptr<BandCubic> cubic;
     std::ptrdiff_t row_phases = 1;  ///< bins a pixel
     double spacing = 0.0;           ///< m, of the samples of lines: half that of the data
     double cycles_per_metre = 0.0;
