@@ -18,7 +18,8 @@ consumer_test(find_static -DCMAKE_PREFIX_PATH=${consumer_build}/static)
 set_tests_properties(consumer.install_static PROPERTIES FIXTURES_SETUP consumer_static)
 set_tests_properties(consumer.find_static PROPERTIES FIXTURES_REQUIRED consumer_static)
 
-consumer_test(subdirectory_shared -DSARFOCUS_SOURCE_DIR=${PROJECT_SOURCE_DIR} -DBUILD_SHARED_LIBS=ON -DSARFOCUS_INSTALL=ON)
+consumer_test(subdirectory_shared -DSARFOCUS_SOURCE_DIR=${PROJECT_SOURCE_DIR} -DBUILD_SHARED_LIBS=ON -DSARFOCUS_INSTALL=ON
+  -DSARFOCUS_WARNINGS_AS_ERRORS=${SARFOCUS_WARNINGS_AS_ERRORS})
 add_test(NAME consumer.install_shared COMMAND ${CMAKE_COMMAND} --install ${consumer_build}/subdirectory_shared --prefix ${consumer_build}/shared)
 consumer_test(find_shared -DCMAKE_PREFIX_PATH=${consumer_build}/shared)
 set_tests_properties(consumer.subdirectory_shared PROPERTIES FIXTURES_SETUP consumer_subdirectory)
