@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,7 @@ from ..plain import plain
 P = ParamSpec("P")
 T = TypeVar("T")
 PIPE_WIDTH = 140  # characters of a line where stdout is no terminal
+LOG_INTERVAL = 30.0  # s between lines of progress where stderr is none
 ProgressCallback = Callable[[str, int, int], None]
 
 
@@ -93,11 +95,11 @@ def text(value: object) -> str:
 
 
 @contextmanager
-def progress_bar() -> Iterator[ProgressCallback | None]:
-    """Yield a progress callback that draws on stderr, or None where stderr is not a terminal."""
+def progress_bar() -> Iterator[ProgressCallback]:
+    """Yield a progress callback that draws on stderr; where that is no terminal, it writes a line from time to time."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield None
+        yield progress_lines()
         return
     tasks: dict[str, TaskID] = {}
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
@@ -109,6 +111,20 @@ def progress_bar() -> Iterator[ProgressCallback | None]:
             progress.update(tasks[phase], completed=done, total=total)
 
         yield update
+
+
+def progress_lines() -> ProgressCallback:
+    """Return a progress callback for logs."""
+    last = time.monotonic()
+
+    def update(phase: str, done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= LOG_INTERVAL:
+            last = time.monotonic()
+            sys.stderr.write(f"{phase}: {done} of {total}\n")
+            sys.stderr.flush()
+
+    return update
 
 
 def numbers(count: int, unit: str) -> Callable[[str], tuple[float, ...]]:
