@@ -1,7 +1,11 @@
 """backproject and project against the equation, through every door."""
 
+import os
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -189,3 +193,31 @@ def test_other_python_threads_run_meanwhile():
     during = [t for t in counts if started < t < ended]
     # Were the lock held, not one would fall inside; a loaded machine still lets through a tenth of those a millisecond apart.
     assert len(during) > 0.1 * (ended - started) / 0.001 * 0.1
+
+
+RUN_ONE = """
+import sys, numpy as np
+sys.path[:0] = sys.argv[1:3]
+import test_backproject as tests
+case = tests.radar(float(sys.argv[3]))
+pixels = tests.ImageGrid.plane((-8.0, -9.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.36, 0.02), (40, 50))
+made = tests.form(case, pixels)
+chosen = np.random.default_rng(4).choice(made.size, 300, replace=False)
+truth = tests.exact(case, pixels.positions().reshape(-1, 3)[chosen])
+print(tests.error_db(made.reshape(-1)[chosen], truth))
+"""
+
+
+@pytest.mark.parametrize("kernels", ["baseline", "avx2", "avx512"])
+@pytest.mark.parametrize("distance", ["100", "5000"])
+def test_every_set_of_kernels_meets_the_stated_error(kernels, distance):
+    """The sets that the processor has; asked for another, the library takes the best it has."""
+    here = Path(__file__).parent
+    run = subprocess.run(
+        [sys.executable, "-c", RUN_ONE, str(here), str(here.parent), distance],
+        env={**os.environ, "SARFOCUS_KERNELS": kernels},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert float(run.stdout) < -64.0

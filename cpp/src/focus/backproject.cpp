@@ -17,6 +17,7 @@
 #include "aspect_span.hpp"
 #include "backproject_kernel.hpp"
 #include "range_profile_table.hpp"
+#include "tile_sum.hpp"
 
 namespace sarfocus::focus {
 namespace {
@@ -24,12 +25,24 @@ namespace {
 using detail::AspectSpan;
 using detail::AspectTable;
 using detail::PixelBlock;
+using detail::ProfileLayout;
+using detail::PulseGroup;
 using detail::PulseTable;
 using detail::RangeProfileTable;
+using detail::TileArea;
+using detail::TileLattice;
+using detail::TileMemory;
+using detail::TileShape;
+using detail::TileSum;
 using geometry::ImageGrid;
 using geometry::PhaseCentres;
 
-constexpr std::ptrdiff_t pulses_per_block = 64;  // their tables stay in the shared cache while all rows pass over them
+constexpr std::ptrdiff_t area_lanes = 256;  // tiles side by side use the same bins
+
+// Range of bin 0 of a table, m.
+double first_range_of_table(const RangeProfiles& profiles, std::ptrdiff_t pulse) {
+    return profiles.first_range(pulse) - ProfileLayout::frame * profiles.range_spacing / RangeProfileTable::upsample;
+}
 
 PulseTable pulse_table(const RangeProfiles& profiles, const PhaseCentres& centres, const RangeProfileTable& builder, std::ptrdiff_t pulse,
                        const float* bins) {
@@ -37,7 +50,7 @@ PulseTable pulse_table(const RangeProfiles& profiles, const PhaseCentres& centre
     const Vector3 rx = centres.rx(pulse);
     return {bins,
             builder.n_bin(),
-            profiles.first_range(pulse),
+            first_range_of_table(profiles, pulse),
             RangeProfileTable::upsample / profiles.range_spacing,
             {tx[0], tx[1], tx[2]},
             {rx[0], rx[1], rx[2]}};
@@ -85,6 +98,7 @@ struct ThreadMemory {
     RangeProfileTable::Workspace workspace;
     Array<float, 1> table;
     std::vector<double> xyz;
+    TileMemory tile;
     PixelBlock pixels;
     alignas(64) float re[PixelBlock::capacity];
     alignas(64) float im[PixelBlock::capacity];
@@ -106,7 +120,7 @@ Vector3 antenna_of(const PulseTable& pulse) {
 
 // The adjoint of evaluating a bin's cubic at offset x.
 void spread(cfloat value, float x, float* entry) {
-    for (int d = 0; d <= RangeProfileTable::degree; ++d, value *= x) {
+    for (int d = 0; d <= ProfileLayout::degree; ++d, value *= x) {
         entry[2 * d] += value.real();
         entry[2 * d + 1] += value.imag();
     }
@@ -118,6 +132,47 @@ std::vector<std::unique_ptr<ThreadMemory>> thread_memory(int threads, const Rang
     return out;
 }
 
+// What does not change from pulse to pulse, and the last pulse in the places behind the end.
+PulseGroup empty_group(const RangeProfiles& profiles, const PhaseCentres& centres, const RangeProfileTable& builder) {
+    PulseGroup out{};
+    out.n_bin = builder.n_bin();
+    out.bins_per_metre = RangeProfileTable::upsample / profiles.range_spacing;
+    out.cycles_per_metre = 2.0 / profiles.wavelength;
+    out.monostatic = centres.monostatic();
+    return out;
+}
+
+void set_pulse(const RangeProfiles& profiles, const PhaseCentres& centres, std::ptrdiff_t pulse, const float* table, std::ptrdiff_t place,
+               PulseGroup& group) {
+    const Vector3 tx = centres.tx(pulse);
+    const Vector3 rx = centres.rx(pulse);
+    for (std::size_t d = 0; d < 3; ++d) {
+        group.tx[d][place] = tx[d];
+        group.rx[d][place] = rx[d];
+    }
+    group.first_range[place] = first_range_of_table(profiles, pulse);
+    group.bins[place] = table;
+}
+
+// An image cut into areas of a band of rows by up to `area_lanes` lanes.
+class Areas {
+public:
+    explicit Areas(const TileLattice& lattice)
+        : rows_(lattice.rows()), lanes_(lattice.lanes()), across_((lanes_ + area_lanes - 1) / area_lanes) {}
+
+    [[nodiscard]] std::ptrdiff_t count() const { return (rows_ + TileShape::most_rows - 1) / TileShape::most_rows * across_; }
+    [[nodiscard]] TileArea operator[](std::ptrdiff_t k) const {
+        const std::ptrdiff_t row = k / across_ * TileShape::most_rows;
+        const std::ptrdiff_t lane = k % across_ * area_lanes;
+        return {row, std::min(TileShape::most_rows, rows_ - row), lane, std::min(area_lanes, lanes_ - lane)};
+    }
+
+private:
+    std::ptrdiff_t rows_;
+    std::ptrdiff_t lanes_;
+    std::ptrdiff_t across_;
+};
+
 // Adds the sum over all pulses to the image, or puts it there.
 void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, const AspectTable* aspect, bool add,
                 MutableImageView image, const BackprojectOptions& options) {
@@ -126,59 +181,40 @@ void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, cons
         throw ShapeError("image", "the shape of the grid " + shape_text(grid.shape()), shape_text(image.extents()));
     require_recorded(profiles, centres, grid);
 
-    const detail::Kernels& kernels = detail::select_kernels();
     const RangeProfileTable builder(profiles.data.extent(1));
     const std::ptrdiff_t n_pulse = centres.n_pulse();
     const std::ptrdiff_t rows = grid.shape()[0];
-    const std::ptrdiff_t columns = grid.shape()[1];
     const int threads = resolve_threads(options.execution.threads);
-    const double cycles_per_metre = 2.0 / profiles.wavelength;
-    const bool monostatic = centres.monostatic();
-    const std::ptrdiff_t block_pulses = std::min(pulses_per_block, n_pulse);
+    const std::ptrdiff_t block_pulses = std::min(PulseGroup::capacity, n_pulse);
     const std::ptrdiff_t table_floats = builder.floats() + 16;  // not a power of two: the tables of a block do not share cache sets
     require_memory(static_cast<std::uint64_t>(block_pulses * table_floats) * sizeof(float), "profile tables of backproject");
     Array<float, 1> tables({block_pulses * table_floats});
-    std::vector<PulseTable> pulses(static_cast<std::size_t>(block_pulses));
-
-    const auto memory = thread_memory(threads, builder, columns);
-    const Vector3 axis = aspect == nullptr ? Vector3{} : Vector3{aspect->axis[0], aspect->axis[1], aspect->axis[2]};
-    const double sine_start = aspect == nullptr ? 0.0 : aspect->start;
-    const double sine_stop = aspect == nullptr ? 0.0 : sine_start + aspect->n_entry / static_cast<double>(aspect->scale);
+    PulseGroup group = empty_group(profiles, centres, builder);
+    TileLattice lattice(grid);
+    const TileSum tiles(detail::select_kernels(), lattice, aspect);
+    const auto memory = thread_memory(threads, builder, 0);
 
     Monitor monitor(options.execution, "backproject", n_pulse * rows);
     for (std::ptrdiff_t begin = 0; begin < n_pulse && !monitor.stopped(); begin += block_pulses) {
-        const std::ptrdiff_t count = std::min(block_pulses, n_pulse - begin);
+        group.count = std::min(block_pulses, n_pulse - begin);
+        lattice.turn_to(centres, begin + group.count / 2);
+        const Areas areas(lattice);
+        const std::ptrdiff_t n_area = areas.count();
 #pragma omp parallel num_threads(threads) if (threads > 1)
         {
             ThreadMemory& own = *memory[static_cast<std::size_t>(omp_get_thread_num())];
 #pragma omp for schedule(static)
-            for (std::ptrdiff_t p = 0; p < count; ++p) {
-                float* table = tables.data() + p * table_floats;
-                builder.build(profiles.data.row(begin + p), table, own.workspace);
-                pulses[static_cast<std::size_t>(p)] = pulse_table(profiles, centres, builder, begin + p, table);
+            for (std::ptrdiff_t p = 0; p < PulseGroup::capacity; ++p) {
+                const std::ptrdiff_t used = std::min(p, group.count - 1);
+                float* table = tables.data() + used * table_floats;
+                if (p == used) builder.build(profiles.data.row(begin + p), table, own.workspace);
+                set_pulse(profiles, centres, begin + used, table, p, group);
             }
 #pragma omp for schedule(dynamic)
-            for (std::ptrdiff_t i = 0; i < rows; ++i) {
+            for (std::ptrdiff_t k = 0; k < n_area; ++k) {
                 if (monitor.stopped()) continue;
-                grid.row_positions(i, own.xyz.data());
-                for (std::ptrdiff_t j = 0; j < columns; j += PixelBlock::capacity) {
-                    load_pixels(own.xyz.data() + 3 * j, std::min(PixelBlock::capacity, columns - j), own.pixels);
-                    own.clear_sums();
-                    const AspectSpan span(grid, i, j, own.pixels.count, axis);
-                    for (std::ptrdiff_t p = 0; p < count; ++p) {
-                        const PulseTable& pulse = pulses[static_cast<std::size_t>(p)];
-                        if (aspect != nullptr && span.outside(antenna_of(pulse), sine_start, sine_stop)) continue;
-                        if (aspect == nullptr)
-                            kernels.gather(pulse, own.pixels, cycles_per_metre, monostatic, own.re, own.im);
-                        else
-                            kernels.gather_weighted(pulse, own.pixels, *aspect, cycles_per_metre, monostatic, own.re, own.im);
-                    }
-                    for (std::ptrdiff_t k = 0; k < own.pixels.count; ++k) {
-                        cfloat& pixel = image(i, j + k);
-                        pixel = (begin == 0 && !add ? cfloat{} : pixel) + cfloat(own.re[k], own.im[k]);
-                    }
-                }
-                monitor.advance(count);
+                tiles.sum(group, areas[k], add || begin > 0, image, own.tile);
+                monitor.advance(group.count * ((k + 1) * rows / n_area - k * rows / n_area));
             }
         }
     }
@@ -319,7 +355,7 @@ void project(const ImageView& scene, const ImageGrid& grid, const PhaseCentres& 
                 for (std::ptrdiff_t k = 0; k < count; ++k) {
                     if (aspect.limited() && !aspect.sees(antenna, {own.pixels.x[k], own.pixels.y[k], own.pixels.z[k]})) continue;
                     spread(scene(i, j + k) * cfloat(own.re[k], own.im[k]), own.offset[k],
-                           own.table.data() + static_cast<std::ptrdiff_t>(own.bin[k]) * RangeProfileTable::floats_per_bin);
+                           own.table.data() + static_cast<std::ptrdiff_t>(own.bin[k]) * ProfileLayout::coefficients);
                 }
             }
         }

@@ -2,10 +2,15 @@
 // loops over local arrays: an inline function of a standard header compiled here could end up in code for a lesser processor.
 #include "backproject_kernel.hpp"
 
+#include "backproject_lanes.inl"
+#include "backproject_plane.inl"
+#include "backproject_points.inl"
+
 namespace sarfocus::focus::detail {
 namespace {
 
 constexpr std::ptrdiff_t capacity = PixelBlock::capacity;
+constexpr std::int32_t chunk = ProfileLayout::chunk;
 
 // Bin, offset and exp(+j 2 pi R cycles_per_metre), the range phase reduced to a fraction of a cycle in double precision.
 template <bool monostatic>
@@ -29,7 +34,7 @@ inline __attribute__((always_inline)) void locate_pixels(const PulseTable& pulse
             const double bx = px[i] - rx, by = py[i] - ry, bz = pz[i] - rz;
             range = 0.5 * (range + __builtin_sqrt(bx * bx + by * by + bz * bz));
         }
-        double u = (range - first) * scale + 1.0;
+        double u = (range - first) * scale;
         u = u < 0.0 ? 0.0 : u;
         u = u > last ? last : u;
         const auto nearest = static_cast<std::int32_t>(u + 0.5);
@@ -60,10 +65,10 @@ inline __attribute__((always_inline)) void gather_pixels(const PulseTable& pulse
     const std::ptrdiff_t n = pixels.count;
 #pragma omp simd
     for (std::ptrdiff_t i = 0; i < n; ++i) {
-        const std::int32_t b = 8 * bin[i];
+        const float* p = table + ProfileLayout::offset(bin[i]);
         const float x = offset[i];
-        const float sr = table[b] + x * (table[b + 2] + x * (table[b + 4] + x * table[b + 6]));
-        const float si = table[b + 1] + x * (table[b + 3] + x * (table[b + 5] + x * table[b + 7]));
+        const float sr = p[0] + x * (p[2 * chunk] + x * (p[4 * chunk] + x * p[6 * chunk]));
+        const float si = p[chunk] + x * (p[3 * chunk] + x * (p[5 * chunk] + x * p[7 * chunk]));
         re[i] += sr * cosine[i] - si * sine[i];
         im[i] += sr * sine[i] + si * cosine[i];
     }
@@ -122,10 +127,10 @@ inline __attribute__((always_inline)) void add_weighted(const PulseTable& pulse,
     const float first_im = weight[2 * entry[0] + 1];
 #pragma omp simd
     for (std::ptrdiff_t i = 0; i < n; ++i) {
-        const std::int32_t b = 8 * bin[i];
+        const float* p = table + ProfileLayout::offset(bin[i]);
         const float x = offset[i];
-        const float sr = table[b] + x * (table[b + 2] + x * (table[b + 4] + x * table[b + 6]));
-        const float si = table[b + 1] + x * (table[b + 3] + x * (table[b + 5] + x * table[b + 7]));
+        const float sr = p[0] + x * (p[2 * chunk] + x * (p[4 * chunk] + x * p[6 * chunk]));
+        const float si = p[chunk] + x * (p[3 * chunk] + x * (p[5 * chunk] + x * p[7 * chunk]));
         const float tr = sr * cosine[i] - si * sine[i];
         const float ti = sr * sine[i] + si * cosine[i];
         const float wr = uniform ? first_re : weight[2 * entry[i]];
@@ -174,6 +179,6 @@ void locate(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per
 
 }  // namespace
 
-const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, &gather, &gather_weighted, &locate};
+const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, &gather, &gather_weighted, &locate, &add_plane, &add_points};
 
 }  // namespace sarfocus::focus::detail

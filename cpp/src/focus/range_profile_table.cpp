@@ -4,24 +4,86 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Dense>
+
 #include <sarfocus/core/constants.hpp>
+#include <sarfocus/core/multiversion.hpp>
 
 namespace sarfocus::focus::detail {
 namespace {
 
 constexpr std::ptrdiff_t guard_samples = 32;
+constexpr std::ptrdiff_t chunk = ProfileLayout::chunk;
+constexpr std::size_t orders = ProfileLayout::degree + 1;
 
-// Coefficients of x^0 … x^3 in the cubic Legendre approximation of exp(j w x) on |x| <= 1/2.
-std::array<cdouble, 4> cubic_of_frequency(double w) {
-    const double half = 0.5 * w;
-    std::array<cdouble, 4> legendre{};
-    const std::array<cdouble, 4> power_of_j{cdouble{1, 0}, cdouble{0, 1}, cdouble{-1, 0}, cdouble{0, -1}};
-    for (unsigned d = 0; d < 4; ++d) {
-        const double bessel = std::sph_bessel(d, std::abs(half));
-        legendre[d] = (2.0 * d + 1.0) * power_of_j[d] * ((d % 2 == 1 && half < 0.0) ? -bessel : bessel);
-    }
+// Coefficients of x^0 … x^3 in the cubic Legendre approximation of exp(j w x) on |x| <= 1/2: the odd ones are imaginary, of which the
+// imaginary part is given. w >= 0.
+std::array<double, orders> cubic_of_frequency(double w) {
+    std::array<double, orders> legendre{};
+    for (unsigned d = 0; d < orders; ++d) legendre[d] = (2.0 * d + 1.0) * (d < 2 ? 1.0 : -1.0) * std::sph_bessel(d, 0.5 * w);
     // P_0 = 1, P_1 = u, P_2 = (3 u^2 - 1) / 2, P_3 = (5 u^3 - 3 u) / 2 with u = 2 x.
     return {legendre[0] - 0.5 * legendre[2], 2.0 * (legendre[1] - 1.5 * legendre[3]), 6.0 * legendre[2], 20.0 * legendre[3]};
+}
+
+// By least squares over the band |w| <= pi / 2.
+CubicFilters fit_filters() {
+    constexpr Eigen::Index samples = 200;
+    constexpr Eigen::Index reach = CubicFilters::reach;
+    CubicFilters out;
+    for (std::size_t d = 0; d < orders; ++d) {
+        const bool even = d % 2 == 0;
+        Eigen::MatrixXd waves(samples, reach + (even ? 1 : 0));
+        Eigen::VectorXd wanted(samples);
+        for (Eigen::Index s = 0; s < samples; ++s) {
+            const double w = 0.5 * pi * static_cast<double>(s) / static_cast<double>(samples - 1);
+            wanted(s) = cubic_of_frequency(w)[d];
+            for (Eigen::Index k = 1; k <= reach; ++k)
+                waves(s, k - 1) = 2.0 * (even ? std::cos(static_cast<double>(k) * w) : std::sin(static_cast<double>(k) * w));
+            if (even) waves(s, reach) = 1.0;
+        }
+        const Eigen::VectorXd fitted = waves.colPivHouseholderQr().solve(wanted);
+        for (Eigen::Index k = 0; k < reach; ++k) out.taps[d][static_cast<std::size_t>(k)] = static_cast<float>(fitted(k));
+        if (even) out.centre[d] = static_cast<float>(fitted(reach));
+    }
+    return out;
+}
+
+// A chunk of the table from the samples about it; line: (re, im) of its first sample.
+SARFOCUS_MULTIVERSION void fit_chunk(const float* line, const CubicFilters& filters, float* table) {
+    float fitted[orders][2 * chunk];
+    for (std::ptrdiff_t i = 0; i < 2 * chunk; ++i)
+        for (std::size_t d = 0; d < orders; ++d) fitted[d][i] = filters.centre[d] * line[i];
+    for (std::ptrdiff_t k = 1; k <= CubicFilters::reach; ++k) {
+        const auto tap = static_cast<std::size_t>(k - 1);
+        const float even[2] = {filters.taps[0][tap], filters.taps[2][tap]};
+        const float odd[2] = {filters.taps[1][tap], filters.taps[3][tap]};
+        for (std::ptrdiff_t i = 0; i < 2 * chunk; ++i) {
+            const float sum = line[i + 2 * k] + line[i - 2 * k];
+            const float difference = line[i + 2 * k] - line[i - 2 * k];
+            fitted[0][i] += even[0] * sum;
+            fitted[1][i] += odd[0] * difference;
+            fitted[2][i] += even[1] * sum;
+            fitted[3][i] += odd[1] * difference;
+        }
+    }
+    for (std::size_t d = 0; d < orders; ++d)
+        for (std::ptrdiff_t i = 0; i < chunk; ++i) {
+            table[2 * static_cast<std::ptrdiff_t>(d) * chunk + i] = fitted[d][2 * i];
+            table[(2 * static_cast<std::ptrdiff_t>(d) + 1) * chunk + i] = fitted[d][2 * i + 1];
+        }
+}
+
+// The adjoint for one sample: entry holds the (re, im) of x^0 … x^3.
+void spread_entry(const float* entry, const CubicFilters& filters, cfloat* line) {
+    for (std::size_t d = 0; d < orders; ++d) {
+        const cfloat value(entry[2 * d], entry[2 * d + 1]);
+        line[0] += filters.centre[d] * value;
+        for (std::ptrdiff_t k = 1; k <= CubicFilters::reach; ++k) {
+            const cfloat part = filters.taps[d][static_cast<std::size_t>(k - 1)] * value;
+            line[k] += part;
+            line[-k] += d % 2 == 0 ? part : -part;
+        }
+    }
 }
 
 }  // namespace
@@ -33,66 +95,59 @@ RangeProfileTable::RangeProfileTable(std::ptrdiff_t n_range)
       inverse_(upsample * n_padded_, fft::Direction::inverse),
       adjoint_forward_(upsample * n_padded_, fft::Direction::forward),
       adjoint_inverse_(n_padded_, fft::Direction::inverse),
-      weights_(static_cast<std::size_t>((degree + 1) * n_padded_)) {
-    for (std::ptrdiff_t k = 0; k < n_padded_; ++k) {
-        const std::ptrdiff_t signed_k = 2 * k < n_padded_ ? k : k - n_padded_;
-        const double w = two_pi * static_cast<double>(signed_k) / static_cast<double>(upsample * n_padded_);  // rad a bin
-        const auto cubic = cubic_of_frequency(w);
-        // The Nyquist component of an even length is shared out between both signs.
-        const double share = 2 * k == n_padded_ ? 0.5 : 1.0;
-        for (std::size_t d = 0; d <= degree; ++d)
-            weights_[d * static_cast<std::size_t>(n_padded_) + static_cast<std::size_t>(k)] =
-                cfloat(cubic[d] * share / static_cast<double>(n_padded_));
-    }
+      filters_(fit_filters()) {
+    static_assert(margin >= CubicFilters::reach && upsample == 2);
 }
 
 RangeProfileTable::Workspace::Workspace(const RangeProfileTable& table)
-    : spectrum_({table.n_padded_}), line_({upsample * table.n_padded_}) {}
+    : spectrum_({table.n_padded_}), line_({upsample * table.n_padded_ + 2 * margin}) {}
 
 void RangeProfileTable::build(const ArrayView<const cfloat, 1>& profile, float* table, Workspace& workspace) const {
     cfloat* spectrum = workspace.spectrum_.data();
-    cfloat* line = workspace.line_.data();
+    cfloat* line = workspace.line_.data() + margin;
     for (std::ptrdiff_t i = 0; i < n_range_; ++i) spectrum[i] = profile(i);
     std::fill(spectrum + n_range_, spectrum + n_padded_, cfloat{});
     forward_.execute(spectrum);
 
+    const float scale = 1.0f / static_cast<float>(n_padded_);
     const std::ptrdiff_t positive = (n_padded_ + 1) / 2;  // components 0 … positive - 1, the rest are negative frequencies
     const std::ptrdiff_t n_long = upsample * n_padded_;
-    const std::ptrdiff_t n_inner = n_bin() - 2;
-    std::fill_n(table, floats_per_bin, 0.0f);
-    std::fill_n(table + static_cast<std::ptrdiff_t>(n_bin() - 1) * floats_per_bin, floats_per_bin, 0.0f);
-    for (int d = 0; d <= degree; ++d) {
-        const cfloat* weight = weights_.data() + d * n_padded_;
-        std::fill(line, line + n_long, cfloat{});
-        for (std::ptrdiff_t k = 0; k < positive; ++k) line[k] = spectrum[k] * weight[k];
-        for (std::ptrdiff_t k = positive; k < n_padded_; ++k) line[n_long - n_padded_ + k] = spectrum[k] * weight[k];
-        if (n_padded_ % 2 == 0) line[positive] = spectrum[positive] * std::conj(weight[positive]);
-        inverse_.execute(line);
-        float* out = table + floats_per_bin + 2 * d;
-        for (std::ptrdiff_t b = 0; b < n_inner; ++b) {
-            out[b * floats_per_bin] = line[b].real();
-            out[b * floats_per_bin + 1] = line[b].imag();
-        }
+    for (std::ptrdiff_t k = 0; k < positive; ++k) line[k] = scale * spectrum[k];
+    std::fill(line + positive, line + n_long - n_padded_ + positive, cfloat{});
+    for (std::ptrdiff_t k = positive; k < n_padded_; ++k) line[n_long - n_padded_ + k] = scale * spectrum[k];
+    if (n_padded_ % 2 == 0) {  // the component at half the sampling rate is shared out between both signs
+        line[positive] = 0.5f * scale * spectrum[positive];
+        line[n_long - positive] = line[positive];
     }
+    inverse_.execute(line);
+    std::copy(line + n_long - margin, line + n_long, line - margin);
+
+    float* record = table + ProfileLayout::offset(ProfileLayout::frame);
+    std::fill(table, record, 0.0f);
+    std::ptrdiff_t b = 0;
+    for (; b < n_recorded(); b += chunk)
+        fit_chunk(reinterpret_cast<const float*>(line + b), filters_, record + b * ProfileLayout::coefficients);
+    std::fill(record + b * ProfileLayout::coefficients, table + floats(), 0.0f);
+    float* last = record + (b - chunk) * ProfileLayout::coefficients;
+    for (std::ptrdiff_t k = 0; k < ProfileLayout::coefficients; ++k)
+        std::fill(last + k * chunk + n_recorded() - (b - chunk), last + (k + 1) * chunk, 0.0f);
 }
 
 void RangeProfileTable::build_adjoint(const float* table, const ArrayView<cfloat, 1>& profile, Workspace& workspace) const {
     cfloat* spectrum = workspace.spectrum_.data();
-    cfloat* line = workspace.line_.data();
+    cfloat* line = workspace.line_.data() + margin;
     const std::ptrdiff_t positive = (n_padded_ + 1) / 2;
     const std::ptrdiff_t n_long = upsample * n_padded_;
-    const std::ptrdiff_t n_inner = n_bin() - 2;
-    std::fill(spectrum, spectrum + n_padded_, cfloat{});
-    for (int d = 0; d <= degree; ++d) {
-        const cfloat* weight = weights_.data() + d * n_padded_;
-        const float* in = table + floats_per_bin + 2 * d;
-        for (std::ptrdiff_t b = 0; b < n_inner; ++b) line[b] = {in[b * floats_per_bin], in[b * floats_per_bin + 1]};
-        std::fill(line + n_inner, line + n_long, cfloat{});
-        adjoint_forward_.execute(line);
-        for (std::ptrdiff_t k = 0; k < positive; ++k) spectrum[k] += line[k] * std::conj(weight[k]);
-        for (std::ptrdiff_t k = positive; k < n_padded_; ++k) spectrum[k] += line[n_long - n_padded_ + k] * std::conj(weight[k]);
-        if (n_padded_ % 2 == 0) spectrum[positive] += line[positive] * weight[positive];
-    }
+    std::fill(line - margin, line + n_long + margin, cfloat{});
+    for (std::ptrdiff_t b = 0; b < n_recorded(); ++b)
+        spread_entry(table + (ProfileLayout::frame + b) * ProfileLayout::coefficients, filters_, line + b);
+    for (std::ptrdiff_t k = 1; k <= margin; ++k) line[n_long - k] += line[-k];
+    adjoint_forward_.execute(line);
+
+    const float scale = 1.0f / static_cast<float>(n_padded_);
+    for (std::ptrdiff_t k = 0; k < positive; ++k) spectrum[k] = scale * line[k];
+    for (std::ptrdiff_t k = positive; k < n_padded_; ++k) spectrum[k] = scale * line[n_long - n_padded_ + k];
+    if (n_padded_ % 2 == 0) spectrum[positive] = 0.5f * scale * (line[positive] + line[n_long - positive]);
     adjoint_inverse_.execute(spectrum);
     for (std::ptrdiff_t i = 0; i < n_range_; ++i) profile(i) = spectrum[i];
 }

@@ -1,0 +1,203 @@
+// Vectors of one instruction set, and what differs between the sets: looking up bins. Included by backproject_kernel.inl.
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
+#define SARFOCUS_INLINE inline __attribute__((always_inline))
+
+namespace sarfocus::focus::detail {
+namespace {
+
+#if defined(__AVX512F__)
+constexpr std::ptrdiff_t width = 16;
+#elif defined(__AVX2__)
+constexpr std::ptrdiff_t width = 8;
+#else
+constexpr std::ptrdiff_t width = 4;
+#endif
+using Floats = float __attribute__((vector_size(width * sizeof(float))));
+using Indices = std::int32_t __attribute__((vector_size(width * sizeof(float))));
+using FloatsInMemory = float __attribute__((vector_size(width * sizeof(float)), may_alias));
+
+// Added to a number of lesser magnitude by far, they leave the nearest whole number in the low bits.
+constexpr float rounder = 12582912.0f;            // 1.5 x 2^23
+constexpr double rounder64 = 6755399441055744.0;  // 1.5 x 2^52
+
+SARFOCUS_INLINE Floats load(const float* p) {
+    return *reinterpret_cast<const FloatsInMemory*>(p);
+}
+
+SARFOCUS_INLINE void store(float* p, Floats v) {
+    *reinterpret_cast<FloatsInMemory*>(p) = v;
+}
+
+SARFOCUS_INLINE float nearest_whole(float x) {
+    return (x + rounder) - rounder;
+}
+
+SARFOCUS_INLINE double nearest_whole(double x) {
+    return (x + rounder64) - rounder64;
+}
+
+// Whole numbers and what is left of them, |x| < 2^22.
+struct Rounded {
+    Indices whole;  // + 2^22 and more bits above, of which look-ups within a window see nothing
+    Floats rest;
+};
+
+SARFOCUS_INLINE Rounded rounded(Floats x) {
+    const Floats t = x + rounder;
+    return {reinterpret_cast<Indices>(t), x - (t - rounder)};
+}
+
+SARFOCUS_INLINE Indices integers(Indices whole) {
+    constexpr std::int32_t bits_of_rounder = 0x4B400000;
+    return whole - bits_of_rounder;
+}
+
+// How far apart the bins of one vector lie: within two blocks of `width` bins, within four, or anywhere.
+enum class Reach { two_blocks, four_blocks, anywhere };
+
+// Coefficients of the bins `index`. They count from bin `first` of the table, a multiple of the width, and only their low bits are
+// looked at; where the reach is `anywhere`, they count from bin 0.
+template <Reach reach>
+struct LookUp;
+
+template <>
+struct LookUp<Reach::anywhere> {
+    const float* table;
+    Indices offset;
+
+    SARFOCUS_INLINE LookUp(const float* bins, std::int32_t /*first*/, Indices index)
+        : table(bins), offset((index & -ProfileLayout::chunk) * ProfileLayout::coefficients + (index & (ProfileLayout::chunk - 1))) {}
+
+    SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
+        const float* p = table + k * ProfileLayout::chunk;
+#if defined(__AVX512F__)
+        return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xFFFF, reinterpret_cast<__m512i>(offset), p, 4);
+#elif defined(__AVX2__)
+        return _mm256_i32gather_ps(p, reinterpret_cast<__m256i>(offset), 4);
+#else
+        return Floats{p[offset[0]], p[offset[1]], p[offset[2]], p[offset[3]]};
+#endif
+    }
+};
+
+#if defined(__AVX512F__)
+constexpr Reach widest_window = Reach::four_blocks;
+
+template <>
+struct LookUp<Reach::two_blocks> {
+    const float* window;
+    __m512i index;
+
+    SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
+        : window(bins + static_cast<std::ptrdiff_t>(first) * ProfileLayout::coefficients), index(reinterpret_cast<__m512i>(at)) {}
+
+    SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
+        const float* p = window + k * ProfileLayout::chunk;
+        return _mm512_permutex2var_ps(load(p), index, load(p + ProfileLayout::chunk_floats));
+    }
+};
+
+template <>
+struct LookUp<Reach::four_blocks> {
+    LookUp<Reach::two_blocks> low;
+    LookUp<Reach::two_blocks> high;
+    __mmask16 upper;
+
+    SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
+        : low(bins, first, at),
+          high(bins, first + 2 * ProfileLayout::chunk, at),
+          upper(_mm512_test_epi32_mask(low.index, _mm512_set1_epi32(32))) {}
+
+    SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
+        return _mm512_mask_blend_ps(upper, low.coefficient(k), high.coefficient(k));
+    }
+};
+#elif defined(__AVX2__)
+constexpr Reach widest_window = Reach::two_blocks;
+
+template <>
+struct LookUp<Reach::two_blocks> {
+    const float* low;
+    const float* high;
+    __m256i index;
+    __m256 upper;
+
+    SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
+        : low(bins + ProfileLayout::offset(first)),
+          high(bins + ProfileLayout::offset(first + 8)),
+          index(reinterpret_cast<__m256i>(at)),
+          upper(_mm256_castsi256_ps(_mm256_slli_epi32(index, 28))) {}
+
+    SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
+        return _mm256_blendv_ps(_mm256_permutevar8x32_ps(load(low + k * ProfileLayout::chunk), index),
+                                _mm256_permutevar8x32_ps(load(high + k * ProfileLayout::chunk), index), upper);
+    }
+};
+#else
+constexpr Reach widest_window = Reach::anywhere;
+#endif
+
+struct Complex {
+    Floats re;
+    Floats im;
+};
+
+SARFOCUS_INLINE Complex operator*(Complex a, Complex b) {
+    return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+}
+
+// exp(2 pi j cycles), |cycles| < 2^22, by polynomials of least maximum error (3e-9, 5e-8) for half the angle.
+SARFOCUS_INLINE Complex turn(Floats cycles) {
+    const Floats f = rounded(cycles).rest;
+    const Floats z = f * f;
+    const Floats s = f * (3.1415925f + z * (-5.167707f + z * (2.5500314f + z * (-0.5980452f + z * 0.07722016f))));
+    const Floats c = 0.99999994f + z * (-4.934793f + z * (4.058412f + z * (-1.3318809f + z * 0.21969818f)));
+    return {c * c - s * s, 2.0f * s * c};
+}
+
+#if defined(__AVX512F__)
+// sin(2 pi k / 32); cosines from k = 8 on.
+alignas(64) constexpr float thirty_seconds[40] = {
+    0.0f,  0.19509032f,  0.38268343f,  0.55557023f,  0.70710678f,  0.83146961f,  0.92387953f,  0.98078528f,
+    1.0f,  0.98078528f,  0.92387953f,  0.83146961f,  0.70710678f,  0.55557023f,  0.38268343f,  0.19509032f,
+    0.0f,  -0.19509032f, -0.38268343f, -0.55557023f, -0.70710678f, -0.83146961f, -0.92387953f, -0.98078528f,
+    -1.0f, -0.98078528f, -0.92387953f, -0.83146961f, -0.70710678f, -0.55557023f, -0.38268343f, -0.19509032f,
+    0.0f,  0.19509032f,  0.38268343f,  0.55557023f,  0.70710678f,  0.83146961f,  0.92387953f,  0.98078528f};
+
+// The same in fewer steps: the nearest of 32 directions, and the rest d to the second order, 1 - d^2 / 2 + j a d, where the a of least
+// squares makes up for most of the third. RMS error 2.4e-5.
+SARFOCUS_INLINE Complex quick_turn(Floats cycles) {
+    constexpr float step = 0.19634954f * (1.0f - 0.1f * 0.09817477f * 0.09817477f);
+    const Rounded at = rounded(cycles * 32.0f);
+    const auto index = reinterpret_cast<__m512i>(at.whole);
+    const Floats s = _mm512_permutex2var_ps(load(thirty_seconds), index, load(thirty_seconds + 16));
+    const Floats c = _mm512_permutex2var_ps(_mm512_loadu_ps(thirty_seconds + 8), index, _mm512_loadu_ps(thirty_seconds + 24));
+    const Floats d = at.rest * step;
+    const Floats q = 1.0f - 0.019276571f * (at.rest * at.rest);  // (2 pi / 32)^2 / 2
+    return {c * q - s * d, s * q + c * d};
+}
+#else
+SARFOCUS_INLINE Complex quick_turn(Floats cycles) {
+    return turn(cycles);
+}
+#endif
+
+// The profile at `rest` bins from the centres of the bins looked up.
+template <Reach reach>
+SARFOCUS_INLINE Complex interpolated(const LookUp<reach>& bins, Floats rest) {
+    Complex value{bins.coefficient(6), bins.coefficient(7)};
+    value = {value.re * rest + bins.coefficient(4), value.im * rest + bins.coefficient(5)};
+    value = {value.re * rest + bins.coefficient(2), value.im * rest + bins.coefficient(3)};
+    return {value.re * rest + bins.coefficient(0), value.im * rest + bins.coefficient(1)};
+}
+
+SARFOCUS_INLINE void add_to(float* re, float* im, Complex term) {
+    store(re, load(re) + term.re);
+    store(im, load(im) + term.im);
+}
+
+}  // namespace
+}  // namespace sarfocus::focus::detail

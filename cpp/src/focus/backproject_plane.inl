@@ -1,0 +1,409 @@
+// Sums over tiles of a plane grid. Included by backproject_kernel.inl.
+namespace sarfocus::focus::detail {
+namespace {
+
+constexpr std::ptrdiff_t pulse_capacity = PulseGroup::capacity;
+constexpr std::ptrdiff_t tile_lanes = TileShape::lanes;
+constexpr std::ptrdiff_t tile_rows = TileShape::most_rows;
+constexpr double full_circle = 6.283185307179586;
+constexpr double radians_a_bin = 0.5;  // by which a profile changes, for errors of places that are largest in the corners
+constexpr double most_bins = 4096.0;   // from the centre of a tile to its edge, for places in single precision
+
+using PerPulse = double[pulse_capacity];
+
+// The range over a tile, R(i, j) = sum of c[a][b] i^a j^b for rows i and lanes j counted from the centre, m, and of the nearer antenna.
+struct alignas(64) RangeSeries {
+    PerPulse c00, c10, c20, c30, c01, c11, c21, c02, c12, c03;
+    PerPulse nearest;
+};
+
+// The series as the sums need it: places in bins from the beginning of a chunk, phases in cycles.
+struct alignas(64) PlaneTerms {
+    float place[4][pulse_capacity];        // of the lanes' centre, powers of the row
+    float slope[3][pulse_capacity];        // a lane, powers of the row
+    float bend[2][pulse_capacity];         // times the square and the cube of the lane
+    float first[4][pulse_capacity];        // phase of row 0, powers of the lane
+    float step[3][pulse_capacity];         // from row 0 to row 1
+    float step_change[2][pulse_capacity];  // of that step from row 0 to row 1
+    float bend_change[pulse_capacity];     // of that change from each row to the next, rad; 0 where a line does for the cubic
+    double chunk[pulse_capacity];
+    double error[pulse_capacity];    // rad, bound of the phase error
+    double outside[pulse_capacity];  // bins between the tile and the record, where positive
+};
+
+SARFOCUS_INLINE double dot(const double* a, const double* b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+SARFOCUS_INLINE double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+SARFOCUS_INLINE double magnitude(double x) {
+    return __builtin_fabs(x);
+}
+
+SARFOCUS_INLINE double half_diagonal(const PlaneTile& tile) {
+    const double rows = 0.5 * static_cast<double>(tile.rows - 1);
+    const double lanes = 0.5 * static_cast<double>(tile_lanes - 1);
+    return __builtin_sqrt(rows * rows * dot(tile.row_step, tile.row_step) + lanes * lanes * dot(tile.lane_step, tile.lane_step) +
+                          2.0 * rows * lanes * magnitude(dot(tile.row_step, tile.lane_step)));
+}
+
+// R = sqrt(D^2 + 2 D d + d^2) about d = 0: with x the component of d along D, and m = d^2 - x^2,
+// R = D + x + m / (2 D) - x m / (2 D^2) + m (4 x^2 - m) / (8 D^3) - …
+SARFOCUS_INLINE void add_range_series(const double (&antenna)[3][pulse_capacity], double share, const PlaneTile& tile,
+                                      RangeSeries& series) {
+    const double rr = dot(tile.row_step, tile.row_step);
+    const double rl = dot(tile.row_step, tile.lane_step);
+    const double ll = dot(tile.lane_step, tile.lane_step);
+    const double px = tile.centre[0], py = tile.centre[1], pz = tile.centre[2];
+    const double rx = tile.row_step[0], ry = tile.row_step[1], rz = tile.row_step[2];
+    const double lx = tile.lane_step[0], ly = tile.lane_step[1], lz = tile.lane_step[2];
+#pragma omp simd
+    for (std::ptrdiff_t p = 0; p < pulse_capacity; ++p) {
+        const double x = px - antenna[0][p], y = py - antenna[1][p], z = pz - antenna[2][p];
+        const double range = __builtin_sqrt(x * x + y * y + z * z);
+        const double inverse = 1.0 / range;
+        const double r = (x * rx + y * ry + z * rz) * inverse;
+        const double l = (x * lx + y * ly + z * lz) * inverse;
+        const double m_rr = rr - r * r, m_rl = rl - r * l, m_ll = ll - l * l;
+        const double second = 0.5 * share * inverse;
+        const double third = -second * inverse;
+        series.nearest[p] = range < series.nearest[p] ? range : series.nearest[p];
+        series.c00[p] += share * range;
+        series.c10[p] += share * r;
+        series.c01[p] += share * l;
+        series.c20[p] += second * m_rr;
+        series.c11[p] += second * 2.0 * m_rl;
+        series.c02[p] += second * m_ll;
+        series.c30[p] += third * r * m_rr;
+        series.c21[p] += third * (l * m_rr + 2.0 * r * m_rl);
+        series.c12[p] += third * (r * m_ll + 2.0 * l * m_rl);
+        series.c03[p] += third * l * m_ll;
+    }
+}
+
+// Where it is small, the cubic along the rows is replaced by the line that errs least, by a quarter of the cubic's value at the edge.
+SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile, const RangeSeries& series, PlaneTerms& terms) {
+    const double h = half_diagonal(tile);
+    const double m = 0.5 * static_cast<double>(tile.rows - 1);
+    const double bins = pulses.bins_per_metre;
+    const double cycles = pulses.cycles_per_metre;
+    const double first_bin = ProfileLayout::frame - 1;
+    const double last_bin = pulses.n_bin - ProfileLayout::frame;
+    constexpr double lane_squares = 0.25 * (tile_lanes - 1) * (tile_lanes - 1);
+#pragma omp simd
+    for (std::ptrdiff_t p = 0; p < pulse_capacity; ++p) {
+        const double c10 = series.c10[p], c20 = series.c20[p], c30 = series.c30[p];
+        const double c01 = series.c01[p], c11 = series.c11[p], c21 = series.c21[p], c12 = series.c12[p];
+
+        const double ratio = h / series.nearest[p];
+        const double fourth = ratio < 0.5 && h * bins < most_bins ? 0.125 * h * ratio * ratio * ratio / (1.0 - ratio) : h;
+        const double line_error = 0.25 * full_circle * cycles * m * m * m * magnitude(c30);
+        const double cubic = line_error > 0.25 * series_phase_error ? c30 : 0.0;
+        const double line = 0.75 * m * m * (c30 - cubic);
+        const double displaced = magnitude(c12) * m * lane_squares + fourth;
+        const double phase_error = full_circle * cycles * fourth + (cubic == 0.0 ? line_error : 0.0);
+        terms.error[p] = larger(phase_error, bins * displaced * radians_a_bin);
+
+        double place = (series.c00[p] - pulses.first_range[p]) * bins;
+        terms.outside[p] = larger(first_bin - place, place - last_bin) - h * bins;
+        place = place < 1e8 ? place : 1e8;
+        place = place > -1e8 ? place : -1e8;
+        const double chunk = nearest_whole(place / ProfileLayout::chunk - 0.5);
+        terms.chunk[p] = chunk;
+        terms.place[0][p] = static_cast<float>(place - chunk * ProfileLayout::chunk);
+        terms.place[1][p] = static_cast<float>(c10 * bins);
+        terms.place[2][p] = static_cast<float>(c20 * bins);
+        terms.place[3][p] = static_cast<float>(c30 * bins);
+        terms.slope[0][p] = static_cast<float>(c01 * bins);
+        terms.slope[1][p] = static_cast<float>(c11 * bins);
+        terms.slope[2][p] = static_cast<float>(c21 * bins);
+        terms.bend[0][p] = static_cast<float>(series.c02[p] * bins);
+        terms.bend[1][p] = static_cast<float>(series.c03[p] * bins);
+
+        // About row 0, at x = -m.
+        const double along = c10 + line;
+        const double first = (series.c00[p] - m * (along - m * (c20 - m * cubic))) * cycles;
+        const double lane = (c01 - m * c11 + m * m * c21) * cycles;
+        const double step = (along + (1.0 - 2.0 * m) * c20 + (1.0 - 3.0 * m * (1.0 - m)) * cubic) * cycles;
+        terms.first[0][p] = static_cast<float>(first - nearest_whole(first));
+        // Lanes lie 7.5 and less from the centre, so that 2 cycles a lane are whole ones.
+        terms.first[1][p] = static_cast<float>(lane - 2.0 * nearest_whole(0.5 * lane));
+        terms.first[2][p] = static_cast<float>((series.c02[p] - m * c12) * cycles);
+        terms.first[3][p] = static_cast<float>(series.c03[p] * cycles);
+        terms.step[0][p] = static_cast<float>(step - nearest_whole(step));
+        terms.step[1][p] = static_cast<float>((c11 + (1.0 - 2.0 * m) * c21) * cycles);
+        terms.step[2][p] = static_cast<float>(c12 * cycles);
+        terms.step_change[0][p] = static_cast<float>((2.0 * c20 + 6.0 * (1.0 - m) * cubic) * cycles);
+        terms.step_change[1][p] = static_cast<float>(2.0 * c21 * cycles);
+        terms.bend_change[p] = static_cast<float>(6.0 * cubic * cycles * full_circle);
+    }
+}
+
+// Where the rows of one pulse lie in its table.
+struct alignas(64) RowPlaces {
+    float place[tile_rows];         // of the lanes' centre, in bins from the row's window
+    float slope[tile_rows];         // a lane
+    std::int32_t first[tile_rows];  // bin with which the window begins
+};
+
+struct LaneRange {
+    float lowest;
+    float highest;
+};
+
+// What the bend adds at most to places on a line, bins.
+SARFOCUS_INLINE LaneRange bend_range(const PlaneTerms& terms, std::ptrdiff_t p) {
+    constexpr float half = 0.5f * (tile_lanes - 1);
+    const float square = terms.bend[0][p] * half * half;
+    const float cube = __builtin_fabsf(terms.bend[1][p]) * half * half * half;
+    return {(square < 0.0f ? square : 0.0f) - cube, (square > 0.0f ? square : 0.0f) + cube};
+}
+
+constexpr float window_margin = 0.01f;  // bins, above all rounding of places
+
+// A window begins at a multiple of the width; up to `width` places of its first block may lie before the least place, rounded.
+SARFOCUS_INLINE Reach reach_of_span(float span) {
+    if (widest_window != Reach::anywhere && span <= width - 1) return Reach::two_blocks;
+    if (widest_window == Reach::four_blocks && span <= 3 * width - 1) return Reach::four_blocks;
+    return Reach::anywhere;
+}
+
+SARFOCUS_INLINE Reach reach_of(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
+    const float m = 0.5f * last_row;
+    const LaneRange bend = bend_range(terms, p);
+    const float slope =
+        __builtin_fabsf(terms.slope[0][p]) + m * __builtin_fabsf(terms.slope[1][p]) + m * m * __builtin_fabsf(terms.slope[2][p]);
+    const float span = (width - 1) * slope + bend.highest - bend.lowest + 5.0f * window_margin;
+    return reach_of_span(span);
+}
+
+constexpr std::int32_t window_bins(Reach reach) {
+    return static_cast<std::int32_t>(width) * (reach == Reach::two_blocks ? 2 : 4);
+}
+
+template <Reach reach>
+SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
+                               float lane_centre, RowPlaces& rows) {
+    const float a0 = terms.place[0][p], a1 = terms.place[1][p], a2 = terms.place[2][p], a3 = terms.place[3][p];
+    const float b0 = terms.slope[0][p], b1 = terms.slope[1][p], b2 = terms.slope[2][p];
+    const float lowest = bend_range(terms, p).lowest - 0.5f - window_margin;
+    const float m = 0.5f * static_cast<float>(tile.rows - 1);
+    const auto begin = static_cast<std::int32_t>(terms.chunk[p]) * ProfileLayout::chunk;
+    const std::int32_t last = pulses.n_bin - window_bins(reach);
+#pragma omp simd
+    for (std::int32_t i = 0; i < tile_rows; ++i) {
+        const float x = static_cast<float>(i) - m;
+        const float slope = b0 + x * (b1 + x * b2);
+        const float place = a0 + x * (a1 + x * (a2 + x * a3)) + lane_centre * slope;
+        rows.slope[i] = slope;
+        if (reach == Reach::anywhere) {
+            rows.place[i] = place;
+            rows.first[i] = begin;
+        } else {
+            const float low = place - 0.5f * (width - 1) * __builtin_fabsf(slope) + lowest;
+            const float block = nearest_whole(low / width - 0.4999f);  // a ten-thousandth early, which the margin covers
+            std::int32_t first = begin + static_cast<std::int32_t>(block) * static_cast<std::int32_t>(width);
+            first = first < 0 ? 0 : first;
+            rows.first[i] = first > last ? last : first;
+            rows.place[i] = place - block * width;
+        }
+    }
+}
+
+template <Reach reach>
+SARFOCUS_INLINE Indices bins_of(Indices whole, std::int32_t first, std::int32_t last_bin) {
+    if constexpr (reach != Reach::anywhere) return whole;
+    Indices bin = integers(whole) + first;
+    bin = bin > 0 ? bin : Indices{};
+    return bin < last_bin ? bin : Indices{} + last_bin;
+}
+
+struct LaneWeights {
+    alignas(64) float re[tile_lanes];
+    alignas(64) float im[tile_lanes];
+};
+
+// The sums of one pulse over `width` lanes of all rows. The phase is turned on from row to row by a step, the step
+// by its change, and that by a small angle.
+template <Reach reach, bool cubic>
+void add_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, const LaneWeights* weights,
+              float* re, float* im) {
+    alignas(64) float lane_numbers[width];
+    for (std::ptrdiff_t l = 0; l < width; ++l) lane_numbers[l] = static_cast<float>(l) - 0.5f * (width - 1);
+    const Floats lane_in_group = load(lane_numbers);
+    const float bend_change = terms.bend_change[p];
+    RowPlaces rows;
+    for (std::ptrdiff_t group = 0; group < tile_lanes; group += width) {
+        const float lane_centre = static_cast<float>(group) + 0.5f * static_cast<float>(width - tile_lanes);
+        find_rows<reach>(pulses, tile, terms, p, lane_centre, rows);
+        const Floats j = lane_in_group + lane_centre;
+        const Floats bend = j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
+        Complex phase = turn(terms.first[0][p] + j * (terms.first[1][p] + j * (terms.first[2][p] + j * terms.first[3][p])));
+        Complex step = turn(terms.step[0][p] + j * (terms.step[1][p] + j * terms.step[2][p]));
+        Complex step_change = turn(terms.step_change[0][p] + j * terms.step_change[1][p]);
+        if (weights != nullptr) phase = phase * Complex{load(weights->re + group), load(weights->im + group)};
+        const float* table = pulses.bins[p];
+        for (std::ptrdiff_t i = 0; i < tile.rows; ++i) {
+            const Rounded at = rounded(lane_in_group * rows.slope[i] + bend + rows.place[i]);
+            const LookUp<reach> bins(table, rows.first[i], bins_of<reach>(at.whole, rows.first[i], pulses.n_bin - 1));
+            add_to(re + i * tile_lanes + group, im + i * tile_lanes + group, interpolated(bins, at.rest) * phase);
+            phase = phase * step;
+            step = step * step_change;
+            if constexpr (cubic) {
+                step_change.re -= bend_change * step_change.im;
+                step_change.im += bend_change * step_change.re;
+            }
+        }
+    }
+}
+
+// Where in the table of directions a tile lies, pulse by pulse: the least and the greatest entry.
+struct alignas(64) DirectionSpan {
+    float low[pulse_capacity];
+    float high[pulse_capacity];
+};
+
+// Entry, with a fraction, of the direction in which pulse p sees a point.
+SARFOCUS_INLINE float aspect_place(const PulseGroup& pulses, const AspectTable& aspect, std::ptrdiff_t p, double x, double y, double z) {
+    const double share = pulses.monostatic ? 0.0 : 0.5;
+    const auto dx = static_cast<float>(x - pulses.tx[0][p] - share * (pulses.rx[0][p] - pulses.tx[0][p]));
+    const auto dy = static_cast<float>(y - pulses.tx[1][p] - share * (pulses.rx[1][p] - pulses.tx[1][p]));
+    const auto dz = static_cast<float>(z - pulses.tx[2][p] - share * (pulses.rx[2][p] - pulses.tx[2][p]));
+    const float sine = (dx * aspect.axis[0] + dy * aspect.axis[1] + dz * aspect.axis[2]) / __builtin_sqrtf(dx * dx + dy * dy + dz * dz);
+    const auto last = static_cast<float>(aspect.n_entry + 1);
+    float place = (sine - aspect.start) * aspect.scale + 1.0f;
+    place = place < 0.0f ? 0.0f : place;
+    return place > last ? last : place;
+}
+
+struct Corner {
+    double row;
+    double lane;
+};
+
+// From the corners; what the sine bends between them is of the second order of the tile's size by its distance.
+SARFOCUS_INLINE void find_aspects(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect, const RangeSeries& series,
+                                  DirectionSpan& span) {
+    const double m = 0.5 * static_cast<double>(tile.rows - 1);
+    const double n = 0.5 * static_cast<double>(tile_lanes - 1);
+    const double h = half_diagonal(tile);
+    for (std::ptrdiff_t p = 0; p < pulse_capacity; ++p) {
+        span.low[p] = static_cast<float>(aspect.n_entry + 1);
+        span.high[p] = 0.0f;
+    }
+    const Corner corners[] = {{-m, -n}, {-m, n}, {m, -n}, {m, n}};
+    for (const Corner corner : corners) {
+        const double x = tile.centre[0] + corner.row * tile.row_step[0] + corner.lane * tile.lane_step[0];
+        const double y = tile.centre[1] + corner.row * tile.row_step[1] + corner.lane * tile.lane_step[1];
+        const double z = tile.centre[2] + corner.row * tile.row_step[2] + corner.lane * tile.lane_step[2];
+#pragma omp simd
+        for (std::ptrdiff_t p = 0; p < pulse_capacity; ++p) {
+            const float place = aspect_place(pulses, aspect, p, x, y, z);
+            const auto ratio = static_cast<float>(h / series.nearest[p]);
+            const float margin = ratio * ratio * aspect.scale;
+            span.low[p] = place - margin < span.low[p] ? place - margin : span.low[p];
+            span.high[p] = place + margin > span.high[p] ? place + margin : span.high[p];
+        }
+    }
+}
+
+enum class Weighting { zero, by_lane, by_pixel };
+
+// One factor for each lane, where the entries of its first and its last row are the same or neighbours next to equal.
+SARFOCUS_INLINE Weighting find_lane_weights(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect, std::ptrdiff_t p,
+                                            LaneWeights& weights) {
+    constexpr float equal_power = 1e-6f;  // -60 dB
+    const double m = 0.5 * static_cast<double>(tile.rows - 1);
+    bool zero = true;
+    for (std::ptrdiff_t j = 0; j < tile_lanes; ++j) {
+        const double lane = static_cast<double>(j) - 0.5 * (tile_lanes - 1);
+        std::int32_t entry[2];
+        for (std::ptrdiff_t e = 0; e < 2; ++e) {
+            const double row = e == 0 ? -m : m;
+            entry[e] = static_cast<std::int32_t>(aspect_place(pulses, aspect, p,
+                                                              tile.centre[0] + row * tile.row_step[0] + lane * tile.lane_step[0],
+                                                              tile.centre[1] + row * tile.row_step[1] + lane * tile.lane_step[1],
+                                                              tile.centre[2] + row * tile.row_step[2] + lane * tile.lane_step[2]));
+        }
+        const std::int32_t low = entry[0] < entry[1] ? entry[0] : entry[1];
+        const std::int32_t high = entry[0] < entry[1] ? entry[1] : entry[0];
+        const float* a = aspect.entries + static_cast<std::ptrdiff_t>(2 * low);
+        const float* b = aspect.entries + static_cast<std::ptrdiff_t>(2 * high);
+        const float difference = (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
+        if (aspect.run_end[low] < high && !(high == low + 1 && difference <= equal_power * (a[0] * a[0] + a[1] * a[1])))
+            return Weighting::by_pixel;
+        weights.re[j] = a[0];
+        weights.im[j] = a[1];
+        zero = zero && a[0] == 0.0f && a[1] == 0.0f;
+    }
+    return zero ? Weighting::zero : Weighting::by_lane;
+}
+
+SARFOCUS_INLINE Weighting find_weights(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect, const DirectionSpan& span,
+                                       std::ptrdiff_t p, LaneWeights& weights) {
+    const float low = span.low[p] > 0.0f ? span.low[p] : 0.0f;
+    const auto last = static_cast<float>(aspect.n_entry + 1);
+    const float high = span.high[p] < last ? span.high[p] : last;
+    const auto entry = static_cast<std::int32_t>(low);
+    if (aspect.run_end[entry] < static_cast<std::int32_t>(high)) return find_lane_weights(pulses, tile, aspect, p, weights);
+    const float* w = aspect.entries + static_cast<std::ptrdiff_t>(2 * entry);
+    if (w[0] == 0.0f && w[1] == 0.0f) return Weighting::zero;
+    for (std::ptrdiff_t j = 0; j < tile_lanes; ++j) {
+        weights.re[j] = w[0];
+        weights.im[j] = w[1];
+    }
+    return Weighting::by_lane;
+}
+
+template <bool cubic>
+SARFOCUS_INLINE void add_pulse(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
+                               const LaneWeights* weights, float* re, float* im) {
+    const Reach reach = reach_of(terms, p, static_cast<float>(tile.rows - 1));
+    if constexpr (widest_window != Reach::anywhere) {
+        if (reach == Reach::two_blocks) return add_rows<Reach::two_blocks, cubic>(pulses, tile, terms, p, weights, re, im);
+    }
+    if constexpr (widest_window == Reach::four_blocks) {
+        if (reach == Reach::four_blocks) return add_rows<Reach::four_blocks, cubic>(pulses, tile, terms, p, weights, re, im);
+    }
+    add_rows<Reach::anywhere, cubic>(pulses, tile, terms, p, weights, re, im);
+}
+
+PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile& tile, const AspectTable* aspect, float* re, float* im) {
+    RangeSeries series{};
+    for (double& nearest : series.nearest) nearest = __builtin_inf();
+    add_range_series(pulses.tx, pulses.monostatic ? 1.0 : 0.5, tile, series);
+    if (!pulses.monostatic) add_range_series(pulses.rx, 0.5, tile, series);
+    PlaneTerms terms;
+    find_terms(pulses, tile, series, terms);
+
+    DirectionSpan span;
+    if (aspect != nullptr) find_aspects(pulses, tile, *aspect, series, span);
+
+    PulseMask left = 0;
+    LaneWeights weights;
+    for (std::ptrdiff_t p = 0; p < pulses.count; ++p) {
+        const PulseMask bit = PulseMask{1} << p;
+        if ((wanted & bit) == 0 || terms.outside[p] > 0.0) continue;
+        if (!(terms.error[p] <= series_phase_error)) {
+            left |= bit;
+            continue;
+        }
+        if (aspect != nullptr) {
+            const Weighting weighting = find_weights(pulses, tile, *aspect, span, p, weights);
+            if (weighting == Weighting::by_pixel) left |= bit;
+            if (weighting != Weighting::by_lane) continue;
+        }
+        const LaneWeights* lane_weights = aspect != nullptr ? &weights : nullptr;
+        if (terms.bend_change[p] == 0.0f)
+            add_pulse<false>(pulses, tile, terms, p, lane_weights, re, im);
+        else
+            add_pulse<true>(pulses, tile, terms, p, lane_weights, re, im);
+    }
+    return left;
+}
+
+}  // namespace
+}  // namespace sarfocus::focus::detail
