@@ -229,6 +229,21 @@ def test_motion_is_added_to_the_centres_of_all_channels():
         assert error_db(image, hrws.reconstruct(echo(), grid(), **options)) < -40.0
 
 
+def test_moved_takes_the_motion_into_the_echo():
+    pulse = np.linspace(-1.0, 1.0, N_PULSE)
+    motion = 0.05 * np.random.default_rng(4).standard_normal((N_PULSE, 3))
+    motion -= np.polynomial.polynomial.polyval(pulse, np.polynomial.polynomial.polyfit(pulse, motion, 1)).T  # the track is not turned
+    made = echo(model="bistatic", motion=motion, transmitter=1)
+    follow = hrws.moved(made, motion)
+    assert np.shares_memory(follow.data, made.data)
+    np.testing.assert_array_equal(np.asarray(follow.baselines), np.asarray(made.baselines))
+    np.testing.assert_array_equal(hrws.reconstruct(follow, grid()), hrws.reconstruct(made, grid(), motion))
+    with pytest.raises(sarfocus.ShapeError, match="motion"):
+        hrws.moved(made, motion[1:])
+    with pytest.raises(sarfocus.NumericalError):
+        hrws.moved(made, np.full((N_PULSE, 3), np.nan))
+
+
 def test_baselines_account_for_the_two_legs():
     wide = (0.0, 12.35, 24.7)  # 2.6 cm of extra path at 1.5 km
     with_legs = echo(wide, model="bistatic")

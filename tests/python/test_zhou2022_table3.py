@@ -10,7 +10,9 @@ import sarfocus
 from sarfocus import experiments
 from sarfocus.experiments import zhou2022_table3 as table3
 
-SMALL = table3.Setup(ground=(59.8e3, 60.2e3), along=40.0, pixel=(1.0, 2.0), points=48, pga_chip=(32, 16), strip=2, bp_fmsa_iterations=5)
+SMALL = table3.Setup(
+    ground=(59.8e3, 60.2e3), along=40.0, pixel=(1.0, 2.0), points=48, points_again=96, pga_chip=(32, 16), strip=2, bp_fmsa_iterations=5
+)
 
 
 @pytest.fixture(scope="module")
@@ -20,16 +22,16 @@ def result():
 
 def test_rows_name_every_method_with_the_figures_of_the_paper(result):
     assert [row["method"] for row in result.rows] == list(table3.METHODS)
-    assert [row["paper"] for row in result.rows] == [16.4974, 16.4958, 15.8944, 15.8259, None]
+    assert [row["paper"] for row in result.rows] == [16.4974, 16.4958, 15.8944, None, 15.8259, None]
     assert all(row["seconds"] > 0 and row["peak_gib"] > 0 for row in result.rows)
     assert result.parameters["shape"] == [40, 200]
 
 
 def test_less_entropy_the_better_the_motion(result):
     entropy = {row["method"]: row["entropy"] for row in result.rows}
-    assert entropy[table3.TRUE] < entropy[table3.SI_MEC] < entropy[table3.NONE]
-    # 48 points in clutter; the whole scene has thousands.
-    assert result.required[0].value < 0.5
+    assert entropy[table3.SI_MEC] <= entropy[table3.FIRST] < entropy[table3.NONE]
+    # 48 points in clutter, then 96, of 8000 pixels: so few may be made sharper than the truth. The whole scene has thousands.
+    assert abs(result.required[0].value) < 0.5
     assert result.required[0].value == pytest.approx(
         (entropy[table3.SI_MEC] - entropy[table3.TRUE]) / (entropy[table3.NONE] - entropy[table3.TRUE])
     )
@@ -81,7 +83,7 @@ def test_a_folder_without_the_excerpt_is_refused(tmp_path: Path):
 
 def test_bounds():
     rows: list[dict[str, Any]] = [
-        {"method": m, "entropy": e} for m, e in zip(table3.METHODS, (16.5, 16.4, 15.9, 15.8011, 15.8), strict=True)
+        {"method": m, "entropy": e} for m, e in zip(table3.METHODS, (16.5, 16.4, 15.9, 15.802, 15.8011, 15.8), strict=True)
     ]
     (item,) = table3.bounds(rows)
     assert item.value == pytest.approx(0.0011 / 0.7)

@@ -38,7 +38,8 @@ EXPERIMENTS: dict[str, Experiment] = {
     "zhou2022-table2": zhou2022_table2.run,
     "zhou2022-table3": zhou2022_table3.run,
 }
-MEASURED = frozenset({"bwsi-trajectory", "gotcha", "luo2025-table7", "zhou2022-table3"})  # take a folder of measured data; the last two run without, too
+# Take a folder of measured data; the last two run without, too.
+MEASURED = frozenset({"bwsi-trajectory", "gotcha", "luo2025-table7", "zhou2022-table3"})
 PICTURES: dict[str, Callable[[Reproduction, Path], list[Path]]] = {
     "bwsi-trajectory": bwsi.draw,
     "crlb": crlb.draw,

@@ -3,8 +3,8 @@
 The radar and its white height error are those of table 2. The amplitude of a measured SAR image, mirrored until it fills the scene, one of
 its pixels to one scatterer, counts as scattering coefficients, with random phases; no point is added. Without measured data it is that of
 simulated clutter with points. The beam has a fixed width, so that no pulse sees all of the scene: the motion is estimated from strong
-points all over it, which stand out of the image without compensation. PGA gets a chip about the strongest of them, BP-FMSA a strip of the
-whole length.
+points all over it, which stand out of the image without compensation, and once more from those that stand out of the image it gives; of the
+two images that of less entropy counts. PGA gets a chip about the strongest point, BP-FMSA a strip of the whole length.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from .zhou2022 import ComplexArray, FloatArray
 NAME = "zhou2022-table3"
 SEED = 20220221
 LOSS = 0.002  # of the entropy that the error cost
-NONE, PGA, BP_FMSA, SI_MEC, TRUE = "none", "PGA", "BP-FMSA", "SI-MEC", "true motion"
-METHODS = (NONE, PGA, BP_FMSA, SI_MEC, TRUE)
+NONE, PGA, BP_FMSA, FIRST, SI_MEC, TRUE = "none", "PGA", "BP-FMSA", "SI-MEC, first pass", "SI-MEC", "true motion"
+METHODS = (NONE, PGA, BP_FMSA, FIRST, SI_MEC, TRUE)
 PAPER = {NONE: 16.4974, PGA: 16.4958, BP_FMSA: 15.8944, SI_MEC: 15.8259}
 BAND: dict[str, Any] = {"doppler_bandwidth": radar.DOPPLER_BANDWIDTH}
 SIMULATED_SHAPE = (601, 1401)  # of the amplitude that stands in for the measured one: as large
 BASE_BYTES = GIB // 4  # of the program and its libraries
-# Scatterers for every pixel along either axis: they lie anywhere between pixels. In the middle of each the image would be free of speckle, and
-# its entropy would fall with any shift.
+# Scatterers for every pixel along either axis: they lie anywhere between pixels. In the middle of each the image would be free of
+# speckle, and its entropy would fall with any shift.
 DENSITY = 1.01
 MARGIN = 300.0  # m of range recorded before and behind the scene
 Progress = Callable[[str, int, int], bool | None] | None
@@ -53,6 +53,7 @@ class Setup:
     along: float = 2000.0  # m
     pixel: tuple[float, float] = (1.0, 2.0)  # m, azimuth and ground range; the cell is 1.0 m x 1.03 to 1.08 m
     points: int = 8192
+    points_again: int = 16384  # of the second pass, closer together
     pga_chip: tuple[int, int] = (128, 32)  # pixels
     strip: int = 8  # pixels of range that BP-FMSA judges by
     bp_fmsa_iterations: int = 60
@@ -137,7 +138,8 @@ def run(
     grid = setup.grid()
     image = steps.run(NONE, lambda **how: hrws.reconstruct(echo, grid, **BAND, **how))
     finish(NONE, image)
-    regions = hrws.strong_regions(image, grid, setup.points, sections=max(2, round(setup.along / 60.0)), threads=threads)
+    sections = max(2, round(setup.along / 60.0))
+    regions = hrws.strong_regions(image, grid, setup.points, sections=sections, threads=threads)
     chip, strip = phase_regions(setup, image)
     del image
     made = steps.run(PGA, lambda **how: hrws.pga(echo, grid, chip, do_no_harm=False, **BAND, **how))
@@ -146,15 +148,24 @@ def run(
     made = steps.run(BP_FMSA, lambda **how: hrws.bp_fmsa(echo, grid, strip, iterations=setup.bp_fmsa_iterations, **BAND, **how))
     finish(BP_FMSA, made.image, estimate_seconds=made.timings["estimate"])
     del made
-    found = steps.run(SI_MEC, lambda **how: hrws.si_mec(echo, grid, regions, pixels="brightest", **BAND, **how))
-    reconstruction = found.timings["reconstruction"]
-    finish(SI_MEC, found.image, estimate_seconds=sum(found.timings.values()) - reconstruction)
+    first = steps.run(FIRST, lambda **how: hrws.si_mec(echo, grid, regions, pixels="brightest", **BAND, **how))
+    finish(FIRST, first.image, estimate_seconds=seconds_of_estimate(first))
+    regions_again = hrws.strong_regions(first.image, grid, setup.points_again, sections=sections, apart=(2, 2), threads=threads)
+    follow = hrws.moved(echo, first.motion)
+    # What its points say of the first pass is that no more is to be had than chance: the entropy of the whole image is the judge.
+    unjudged: dict[str, Any] = {"pixels": "brightest", "do_no_harm": False}
+    second = steps.run(SI_MEC, lambda **how: hrws.si_mec(follow, grid, regions_again, **unjudged, **BAND, **how))
+    motion, image = first.motion + second.motion, second.image
+    if quality.entropy(image, threads=threads) > rows[-1]["entropy"]:
+        motion, image = first.motion, first.image
+    finish(SI_MEC, image, estimate_seconds=seconds_of_estimate(second))
     image = steps.run(TRUE, lambda **how: hrws.reconstruct(echo, grid, truth, **BAND, **how))
     finish(TRUE, image)
-    pictures |= {"motion": found.motion, "motion_std": found.motion_std}
+    pictures |= {"motion": motion, "motion_std": second.motion_std}
     parameters = described(setup, seed, measured is not None) | {
-        "motion": told(found, truth),
-        "n_region": len(regions),
+        "motion": told(second, motion, truth),
+        "motion_first_pass": told(first, first.motion, truth),
+        "n_region": [len(regions), len(regions_again)],
         "memory_stated_gib": setup.bytes() / GIB,
         "echo_seconds": steps.seconds["echo"],
         "seconds": sum(steps.seconds.values()),
@@ -291,9 +302,14 @@ def residual(motion: FloatArray, truth: FloatArray) -> FloatArray:
     return np.asarray(left - np.polynomial.Polynomial.fit(pulse, left, 1)(pulse))
 
 
-def told(found: hrws.SiMecResult, truth: FloatArray) -> dict[str, Any]:
-    """Return what the result says of itself, and how far it is from the truth."""
-    left = residual(found.motion, truth)
+def seconds_of_estimate(found: hrws.SiMecResult) -> float:
+    """Return the time of everything but the reconstruction."""
+    return sum(found.timings.values()) - found.timings["reconstruction"]
+
+
+def told(found: hrws.SiMecResult, motion: FloatArray, truth: FloatArray) -> dict[str, Any]:
+    """Return what a pass says of itself, and how far the motion is from the truth."""
+    left = residual(motion, truth)
     return {
         "status": found.status.name,
         "reason": found.reason,
