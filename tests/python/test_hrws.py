@@ -106,9 +106,8 @@ def folded_by_hand(made: hrws.Echo, points: np.ndarray, interpolation: str, band
     for n in range(len(UNEVEN)):
         centres = made.phase_centres[n]
         f = oracle.local_doppler(centres, points, np.array([1.0, 0, 0]), wavelength=WAVELENGTH, velocity=VELOCITY)
-        entry = np.floor((f - table.frequency[0]) / step + 0.5).astype(int)
-        inside = (entry >= 0) & (entry < len(table.frequency))
-        weight = np.where(inside, table.weights[np.clip(entry, 0, len(table.frequency) - 1), n], 0.0)
+        inside = (f >= table.frequency[0] - 0.5 * step) & (f < table.frequency[-1] + 0.5 * step)
+        weight = inside * np.interp(f, table.frequency, table.weights[:, n])
         terms = oracle.point_terms(centres, TARGET, points, wavelength=WAVELENGTH, bandwidth=BANDWIDTH)
         total += (seen[:, None] * weight * terms).sum(axis=0)
     return total

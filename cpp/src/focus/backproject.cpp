@@ -254,6 +254,8 @@ void backproject_weighted(const RangeProfiles& profiles, const PhaseCentres& cen
     std::vector<cfloat> entries(weights.table.size() + 2);
     for (std::size_t k = 0; k < weights.table.size(); ++k) entries[k + 1] = weights.table[k];
     const auto n = static_cast<std::int32_t>(weights.table.size());
+    float most_power = 0.0f;
+    for (const cfloat w : entries) most_power = std::max(most_power, std::norm(w));
     std::vector<std::int32_t> run_end(entries.size());
     for (std::size_t k = entries.size(); k-- > 0;)
         run_end[k] = k + 1 < entries.size() && entries[k + 1] == entries[k] ? run_end[k + 1] : static_cast<std::int32_t>(k);
@@ -263,7 +265,8 @@ void backproject_weighted(const RangeProfiles& profiles, const PhaseCentres& cen
         n,
         {static_cast<float>(weights.axis[0]), static_cast<float>(weights.axis[1]), static_cast<float>(weights.axis[2])},
         static_cast<float>(weights.sine_start),
-        static_cast<float>(n / (weights.sine_stop - weights.sine_start))};
+        static_cast<float>(n / (weights.sine_stop - weights.sine_start)),
+        most_power};
     sum_pulses(profiles, centres, grid, &aspect, true, image, options);
 }
 

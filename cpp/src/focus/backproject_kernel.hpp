@@ -47,6 +47,7 @@ struct AspectTable {
     float axis[3];
     float start;
     float scale;
+    float most_power;  // of an entry
 };
 
 /// Pulses that are summed over a tile in one go, one array for each axis.

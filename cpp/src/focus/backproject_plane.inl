@@ -312,29 +312,54 @@ SARFOCUS_INLINE void find_aspects(const PulseGroup& pulses, const PlaneTile& til
 
 enum class Weighting { zero, by_lane, by_pixel };
 
-// One factor for each lane, where the entries of its first and its last row are the same or neighbours next to equal.
+// The entries of the first and the last row of a tile, lane by lane.
+struct alignas(64) LaneEntries {
+    std::int32_t low[tile_lanes];
+    std::int32_t high[tile_lanes];
+};
+
+SARFOCUS_INLINE void find_lane_entries(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect, std::ptrdiff_t p,
+                                       LaneEntries& entries) {
+    const double m = 0.5 * static_cast<double>(tile.rows - 1);
+    const double first[3] = {tile.centre[0] - m * tile.row_step[0], tile.centre[1] - m * tile.row_step[1],
+                             tile.centre[2] - m * tile.row_step[2]};
+    const double last[3] = {tile.centre[0] + m * tile.row_step[0], tile.centre[1] + m * tile.row_step[1],
+                            tile.centre[2] + m * tile.row_step[2]};
+#pragma omp simd
+    for (std::int32_t j = 0; j < static_cast<std::int32_t>(tile_lanes); ++j) {
+        const double lane = static_cast<double>(j) - 0.5 * (tile_lanes - 1);
+        const double x = lane * tile.lane_step[0], y = lane * tile.lane_step[1], z = lane * tile.lane_step[2];
+        const auto one = static_cast<std::int32_t>(aspect_place(pulses, aspect, p, first[0] + x, first[1] + y, first[2] + z));
+        const auto other = static_cast<std::int32_t>(aspect_place(pulses, aspect, p, last[0] + x, last[1] + y, last[2] + z));
+        entries.low[j] = one < other ? one : other;
+        entries.high[j] = one < other ? other : one;
+    }
+}
+
+// The entry for all from low to high, where they are the same, or few and as good as the middle one; else none.
+SARFOCUS_INLINE const float* common_entry(const AspectTable& aspect, std::int32_t low, std::int32_t high) {
+    constexpr std::int32_t few = 8;
+    constexpr float equal_power = 1e-5f;  // -50 dB of the greatest factor; the differences of a tile's pixels are half that and less
+    const float* first = aspect.entries + static_cast<std::ptrdiff_t>(2 * low);
+    if (aspect.run_end[low] >= high) return first;
+    if (high - low > few) return nullptr;
+    const float* last = aspect.entries + static_cast<std::ptrdiff_t>(2 * high);
+    const float* a = aspect.entries + static_cast<std::ptrdiff_t>(2 * ((low + high) / 2));
+    const float most = equal_power * aspect.most_power;
+    for (const float* b = first; b <= last; b += 2)
+        if (!((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) <= most)) return nullptr;
+    return a;
+}
+
+// One factor for each lane, where it changes little from the first to the last row.
 SARFOCUS_INLINE Weighting find_lane_weights(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect, std::ptrdiff_t p,
                                             LaneWeights& weights) {
-    constexpr float equal_power = 1e-6f;  // -60 dB
-    const double m = 0.5 * static_cast<double>(tile.rows - 1);
+    LaneEntries entries;
+    find_lane_entries(pulses, tile, aspect, p, entries);
     bool zero = true;
     for (std::ptrdiff_t j = 0; j < tile_lanes; ++j) {
-        const double lane = static_cast<double>(j) - 0.5 * (tile_lanes - 1);
-        std::int32_t entry[2];
-        for (std::ptrdiff_t e = 0; e < 2; ++e) {
-            const double row = e == 0 ? -m : m;
-            entry[e] = static_cast<std::int32_t>(aspect_place(pulses, aspect, p,
-                                                              tile.centre[0] + row * tile.row_step[0] + lane * tile.lane_step[0],
-                                                              tile.centre[1] + row * tile.row_step[1] + lane * tile.lane_step[1],
-                                                              tile.centre[2] + row * tile.row_step[2] + lane * tile.lane_step[2]));
-        }
-        const std::int32_t low = entry[0] < entry[1] ? entry[0] : entry[1];
-        const std::int32_t high = entry[0] < entry[1] ? entry[1] : entry[0];
-        const float* a = aspect.entries + static_cast<std::ptrdiff_t>(2 * low);
-        const float* b = aspect.entries + static_cast<std::ptrdiff_t>(2 * high);
-        const float difference = (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
-        if (aspect.run_end[low] < high && !(high == low + 1 && difference <= equal_power * (a[0] * a[0] + a[1] * a[1])))
-            return Weighting::by_pixel;
+        const float* a = common_entry(aspect, entries.low[j], entries.high[j]);
+        if (a == nullptr) return Weighting::by_pixel;
         weights.re[j] = a[0];
         weights.im[j] = a[1];
         zero = zero && a[0] == 0.0f && a[1] == 0.0f;
@@ -342,8 +367,8 @@ SARFOCUS_INLINE Weighting find_lane_weights(const PulseGroup& pulses, const Plan
     return zero ? Weighting::zero : Weighting::by_lane;
 }
 
-SARFOCUS_INLINE Weighting find_weights(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect, const DirectionSpan& span,
-                                       std::ptrdiff_t p, LaneWeights& weights) {
+SARFOCUS_INLINE Weighting find_weights(const PulseGroup& pulses, const PlaneTile& tile, const AspectTable& aspect,
+                                       const DirectionSpan& span, std::ptrdiff_t p, LaneWeights& weights) {
     const float low = span.low[p] > 0.0f ? span.low[p] : 0.0f;
     const auto last = static_cast<float>(aspect.n_entry + 1);
     const float high = span.high[p] < last ? span.high[p] : last;

@@ -1,5 +1,6 @@
 #include <sarfocus/hrws/reconstruct.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -13,6 +14,8 @@
 namespace sarfocus::hrws {
 namespace {
 
+// Between frequencies weights are lines: finer steps than they need themselves, so that entries next to each other are all but equal and
+// one serves many pixels.
 focus::AspectWeights aspect_weights(const Echo& echo, const Sampling& sampled, const ChannelWeights& weights, std::ptrdiff_t channel) {
     const double sine_of_hertz = echo.wavelength / (2.0 * echo.velocity);
     const std::ptrdiff_t n = weights.weights.extent(0);
@@ -20,7 +23,15 @@ focus::AspectWeights aspect_weights(const Echo& echo, const Sampling& sampled, c
     out.axis = sampled.direction;
     out.sine_start = sine_of_hertz * weights.frequency_start;
     out.sine_stop = sine_of_hertz * (weights.frequency_start + weights.frequency_step * static_cast<double>(n));
-    for (std::ptrdiff_t i = 0; i < n; ++i) out.table.emplace_back(weights.weights(i, channel));
+    constexpr std::ptrdiff_t parts = 16;  // of a step
+    out.table.reserve(static_cast<std::size_t>(n * parts));
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+        for (std::ptrdiff_t part = 0; part < parts; ++part) {
+            const double place = (static_cast<double>(part) + 0.5) / static_cast<double>(parts) - 0.5;  // from the middle of the step
+            const std::ptrdiff_t other = std::clamp<std::ptrdiff_t>(place < 0.0 ? i - 1 : i + 1, 0, n - 1);
+            const double share = std::abs(place);
+            out.table.emplace_back((1.0 - share) * weights.weights(i, channel) + share * weights.weights(other, channel));
+        }
     return out;
 }
 

@@ -88,8 +88,9 @@ TEST(Reconstruct, IsPlainBackprojectionWhereTheChannelsAreEvenlySpaced) {
     for (std::ptrdiff_t n = 0; n < 3; ++n)
         focus::backproject_weighted(scene.echo().profiles(n), geometry::PhaseCentres(scene.echo().phase_centres.row(n)), patch(), all,
                                     plain.view());
-    // The target is illuminated within two thirds of the processed band: all terms are there in both.
-    EXPECT_LT(difference_db(folded, plain), -100.0);
+    // The target is illuminated within two thirds of the processed band: all terms are there in both. Tiles that an end of the band crosses
+    // are summed pixel by pixel in one of the two only: the error of the series, at most -66 dB of a term, in few of them.
+    EXPECT_LT(difference_db(folded, plain), -85.0);
 }
 
 TEST(Reconstruct, BitsDoNotDependOnThreads) {

@@ -51,10 +51,12 @@ SARFOCUS_API void backproject(const RangeProfiles& profiles, const geometry::Pha
 /// component along `axis` of the unit vector from the antenna (bistatic: midway between both) to the pixel. On a straight track the local
 /// Doppler frequency is 2 velocity sine / wavelength.
 struct AspectWeights {
-    Vector3 axis{};             ///< along the track, of length 1
-    double sine_start = 0.0;    ///< where entry 0 begins
-    double sine_stop = 0.0;     ///< where the last one ends
-    std::vector<cfloat> table;  ///< of equal parts of that interval; terms outside it have weight 0
+    Vector3 axis{};           ///< along the track, of length 1
+    double sine_start = 0.0;  ///< where entry 0 begins
+    double sine_stop = 0.0;   ///< where the last one ends
+    /// Of equal parts of that interval; terms outside it have weight 0. Pixels near one another may share an entry, where the entries that
+    /// they would have differ from it by no more than -50 dB of the greatest of all.
+    std::vector<cfloat> table;
 
     /// Throws ValueError, NumericalError.
     SARFOCUS_API void validate() const;
