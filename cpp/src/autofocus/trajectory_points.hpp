@@ -25,7 +25,7 @@ private:
     /// What a pulse adds to a point, and how its phase changes with the displacement along the axes, rad/m.
     struct Term {
         std::size_t point = 0;
-        cdouble value{};
+        cdouble value;
         Vector3 rate{};
     };
     using Displacements = std::vector<Vector3>;  ///< [n_pulse], m along the axes
