@@ -54,18 +54,13 @@ PointOptions engine_options(Estimator estimator, bool do_no_harm, const Executio
 }
 
 // The strongest sample of every chosen gate of every sub-aperture, in the image as the engine has focused it so far.
-detail::PointChooser chooser_of(const detail::SpectrumSource& source, const std::vector<SubAperture>& parts,
-                                const std::vector<std::vector<std::ptrdiff_t>>& gates, double separation, std::size_t most,
-                                const Execution& execution) {
-    std::vector<std::vector<std::ptrdiff_t>> columns(parts.size());
+detail::PartColumns chosen_columns(const detail::SpectrumSource& source, const std::vector<SubAperture>& parts,
+                                   const std::vector<std::vector<std::ptrdiff_t>>& gates, std::size_t most) {
+    detail::PartColumns out{parts, std::vector<std::vector<std::ptrdiff_t>>(parts.size()), most};
     for (std::ptrdiff_t c = 0; c < source.shape()[1]; ++c)
         for (std::size_t s = 0; s < parts.size(); ++s)
-            if (std::binary_search(gates[s].begin(), gates[s].end(), source.range_gate(c))) columns[s].push_back(c);
-    return [&source, parts, columns, separation, most, &execution](const ImageView& image, const detail::CellSize& cell,
-                                                                   const ArrayView<const bool, 2>& wanted) {
-        return detail::strongest_of_parts(image, source, parts, columns, {separation * cell.azimuth, separation * cell.range}, most, wanted,
-                                          execution);
-    };
+            if (std::binary_search(gates[s].begin(), gates[s].end(), source.range_gate(c))) out.columns[s].push_back(c);
+    return out;
 }
 
 // Coarse rounds are a start, and every fine round goes on where the one before it ended.
@@ -74,6 +69,13 @@ detail::PointPlan quick_plan() {
     out.coarse_iterations = 8;
     out.fine_iterations = 8;
     out.fine_rounds_of_halves = 2;
+    return out;
+}
+
+// A piece of azimuth is no longer than half a sub-aperture.
+detail::PictureRequest picture_of(const std::vector<SubAperture>& parts) {
+    detail::PictureRequest out;
+    if (parts.size() > 1) out.piece = std::min<std::ptrdiff_t>(out.piece, parts[1].first);
     return out;
 }
 
@@ -172,7 +174,8 @@ Result from_chosen_gates(const ImageView& image, const detail::Scan& scan, const
     detail::PointPlan plan = quick_plan();
     plan.compare_starts = true;
     plan.passes = 3;
-    plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, adaptive_coarse_points, options.execution);
+    plan.coarse = chosen_columns(source, parts, selection.gates, adaptive_coarse_points);
+    plan.picture = picture_of(parts);
     Result out = detail::estimate_from_points(source, engine, plan);
     over_spectrum(source, out);
     return out;
@@ -189,7 +192,8 @@ Result from_windows(const ImageView& image, const detail::Scan& scan, const std:
     detail::PointPlan plan;
     plan.coarse_only = true;
     plan.coarse_iterations = 3;  // the gradient itself needs none; these say how well it is known
-    plan.coarse = chooser_of(source, parts, selection.gates, engine.coarse_separation, most, options.execution);
+    plan.coarse = chosen_columns(source, parts, selection.gates, most);
+    plan.picture = picture_of(parts);
     Result out = detail::estimate_from_points(source, engine, plan);
     over_spectrum(source, out);
     return out;
@@ -206,8 +210,8 @@ Result from_denoised(const ImageView& image, const GateSpan& span, const std::ve
     source.replace(std::as_const(filtered).view(), detail::sign_of_mean_filter(span.count, image.extent(0)), options.execution);
     const PointOptions engine = engine_options(options.estimator, options.do_no_harm, options.execution);
     detail::PointPlan plan = quick_plan();
-    plan.coarse = chooser_of(source, parts, std::vector<std::vector<std::ptrdiff_t>>(parts.size(), gates), engine.coarse_separation,
-                             adaptive_coarse_points, options.execution);
+    plan.coarse = chosen_columns(source, parts, std::vector<std::vector<std::ptrdiff_t>>(parts.size(), gates), adaptive_coarse_points);
+    plan.picture = picture_of(parts);
     Result out = detail::estimate_from_points(source, engine, plan);
     for (StrongPoint& p : out.points) p.range += static_cast<double>(span.first);
     over_spectrum(source, out);

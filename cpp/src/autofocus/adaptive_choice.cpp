@@ -102,33 +102,6 @@ std::vector<std::ptrdiff_t> gates_to_transform(const Scan& scan, const Selection
     return sorted(std::move(out));
 }
 
-std::vector<Pixel> strongest_of_parts(const ImageView& image, const PointSource& source, const std::vector<SubAperture>& parts,
-                                      const std::vector<std::vector<std::ptrdiff_t>>& columns, const CellSize& separation, std::size_t most,
-                                      const ArrayView<const bool, 2>& wanted, const Execution& execution) {
-    const std::ptrdiff_t n_column = image.extent(1);
-    std::vector<std::vector<detect::Point>> found(parts.size());
-    parallel_for(execution, "choose points", static_cast<std::int64_t>(parts.size()), [&](std::int64_t s) {
-        std::vector<float> best(at(n_column), 0.0F);
-        std::vector<std::ptrdiff_t> line(at(n_column), -1);
-        for (std::ptrdiff_t i = parts[at(s)].first; i < parts[at(s)].first + parts[at(s)].count; ++i)
-            for (const std::ptrdiff_t c : columns[at(s)]) {
-                const cfloat value = image(i, c);
-                const float intensity = value.real() * value.real() + value.imag() * value.imag();
-                if (!(intensity > best[at(c)]) || (wanted.data() != nullptr && !wanted(i, c))) continue;
-                best[at(c)] = intensity;
-                line[at(c)] = i;
-            }
-        for (const std::ptrdiff_t c : columns[at(s)])
-            if (line[at(c)] >= 0) found[at(s)].push_back({line[at(c)], source.range_gate(c), static_cast<double>(best[at(c)])});
-    });
-    std::vector<detect::Point> points;
-    for (const auto& part : found) points.insert(points.end(), part.begin(), part.end());
-    points =
-        detect::coalesce(std::move(points), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
-    if (points.size() > most) points.resize(most);
-    return to_pixels(points, image, source);
-}
-
 Array<float, 2> sign_of_mean_filter(std::ptrdiff_t gates, std::ptrdiff_t n_azimuth) {
     Array<float, 2> out({gates, n_azimuth});
     for (std::ptrdiff_t c = 0; c < gates; ++c)

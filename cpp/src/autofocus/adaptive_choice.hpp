@@ -29,13 +29,6 @@ struct Selection {
 /// of all), filled up to 512 by those with the strongest samples, which fine rounds and judging can use.
 [[nodiscard]] std::vector<std::ptrdiff_t> gates_to_transform(const Scan& scan, const Selection& selection);
 
-/// The strongest sample of every sub-aperture in each of its columns, the strongest first, at most `most`; none within `separation` of a
-/// stronger one, as the overlap of sub-apertures would have it.
-[[nodiscard]] std::vector<Pixel> strongest_of_parts(const ImageView& image, const PointSource& source,
-                                                    const std::vector<SubAperture>& parts,
-                                                    const std::vector<std::vector<std::ptrdiff_t>>& columns, const CellSize& separation,
-                                                    std::size_t most, const ArrayView<const bool, 2>& wanted, const Execution& execution);
-
 /// Sign of (1 + 2 cos w) / 3 for every bin of the unshifted transform, 1 in the two gates at the border that are not filtered.
 [[nodiscard]] Array<float, 2> sign_of_mean_filter(std::ptrdiff_t gates, std::ptrdiff_t n_azimuth);
 

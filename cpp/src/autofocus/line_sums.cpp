@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <sarfocus/core/multiversion.hpp>
 
@@ -77,18 +78,44 @@ inline __attribute__((always_inline)) LineMoments sums(const cfloat* line, const
     return {out[0], out[1], out[2]};
 }
 
-}  // namespace
+using Floats = float __attribute__((vector_size(32)));
+using Doubles = double __attribute__((vector_size(64)));
 
-SARFOCUS_MULTIVERSION LineMoments line_moments(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle) {
-    return sums<2>(line, rotation, n, slope, middle);
+// The zeroth moment without a slope: products of neighbours in memory, sorted out at the end.
+inline __attribute__((always_inline)) cdouble plain_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n) {
+    const auto* d = reinterpret_cast<const float*>(line);
+    const auto* r = reinterpret_cast<const double*>(rotation);
+    Doubles straight[2] = {};
+    Doubles crossed[2] = {};
+    const std::ptrdiff_t whole = n / lanes * lanes;
+    for (std::ptrdiff_t k = 0; k < whole; k += lanes)
+        for (int h = 0; h < 2; ++h) {
+            Floats narrow;
+            std::memcpy(&narrow, d + 2 * k + h * lanes, sizeof narrow);
+            const Doubles a = __builtin_convertvector(narrow, Doubles);
+            Doubles b;
+            std::memcpy(&b, r + 2 * k + h * lanes, sizeof b);
+            straight[h] += a * b;
+            crossed[h] += __builtin_shufflevector(a, a, 1, 0, 3, 2, 5, 4, 7, 6) * b;
+        }
+    double re = 0.0;
+    double im = 0.0;
+    for (int h = 0; h < 2; ++h)
+        for (int i = 0; i < lanes; ++i) {
+            re += straight[h][i];
+            im += i % 2 == 0 ? crossed[h][i] : -crossed[h][i];
+        }
+    for (std::ptrdiff_t k = whole; k < n; ++k) {
+        re += static_cast<double>(d[2 * k]) * r[2 * k] + static_cast<double>(d[2 * k + 1]) * r[2 * k + 1];
+        im += static_cast<double>(d[2 * k + 1]) * r[2 * k] - static_cast<double>(d[2 * k]) * r[2 * k + 1];
+    }
+    return {re, im};
 }
 
-SARFOCUS_MULTIVERSION cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle) {
-    return sums<0>(line, rotation, n, slope, middle).zeroth;
-}
-
-SARFOCUS_MULTIVERSION void add_line(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle, double share,
-                                    cdouble* sum, double* own) {
+// turned: the slope is not zero.
+template <bool turned>
+inline __attribute__((always_inline)) void add(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle,
+                                               double share, cdouble* sum, double* own) {
     const auto* d = reinterpret_cast<const float*>(line);
     auto* s = reinterpret_cast<double*>(sum);
     const double gain_re = gain.real();
@@ -98,12 +125,94 @@ SARFOCUS_MULTIVERSION void add_line(const cfloat* line, std::ptrdiff_t n, cdoubl
     const auto one = [&](std::ptrdiff_t k, std::ptrdiff_t l) {
         const auto re = static_cast<double>(d[2 * k]);
         const auto im = static_cast<double>(d[2 * k + 1]);
-        const double factor_re = gain_re * turn.re[l] - gain_im * turn.im[l];
-        const double factor_im = gain_re * turn.im[l] + gain_im * turn.re[l];
+        const double factor_re = turned ? gain_re * turn.re[l] - gain_im * turn.im[l] : gain_re;
+        const double factor_im = turned ? gain_re * turn.im[l] + gain_im * turn.re[l] : gain_im;
         s[2 * k] += re * factor_re - im * factor_im;
         s[2 * k + 1] += re * factor_im + im * factor_re;
         own[k] += share * (re * re + im * im);
     };
+    for (std::ptrdiff_t k = 0; k < whole; k += lanes) {
+        for (std::ptrdiff_t l = 0; l < lanes; ++l) one(k + l, l);
+        if constexpr (turned) turn.advance();
+    }
+    for (std::ptrdiff_t k = whole; k < n; ++k) one(k, k - whole);
+}
+
+}  // namespace
+
+SARFOCUS_MULTIVERSION LineMoments line_moments(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle) {
+    return sums<2>(line, rotation, n, slope, middle);
+}
+
+SARFOCUS_MULTIVERSION cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle) {
+    return slope == 0.0 ? plain_sum(line, rotation, n) : sums<0>(line, rotation, n, slope, middle).zeroth;
+}
+
+SARFOCUS_MULTIVERSION void add_line(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle, double share,
+                                    cdouble* sum, double* own) {
+    if (slope == 0.0)
+        add<false>(line, n, gain, slope, middle, share, sum, own);
+    else
+        add<true>(line, n, gain, slope, middle, share, sum, own);
+}
+
+SARFOCUS_MULTIVERSION LinePower line_power(const cfloat* line, std::ptrdiff_t n) {
+    const auto* d = reinterpret_cast<const float*>(line);
+    double power[2 * lanes] = {};
+    std::ptrdiff_t zeros = 0;
+    const std::ptrdiff_t whole = n / lanes * lanes;
+    for (std::ptrdiff_t k = 0; k < whole; k += lanes)
+        for (std::ptrdiff_t i = 0; i < 2 * lanes; ++i) {
+            const auto value = static_cast<double>(d[2 * k + i]);
+            power[i] += value * value;
+        }
+    for (std::ptrdiff_t k = 0; k < n; ++k) zeros += static_cast<std::ptrdiff_t>(d[2 * k] == 0.0F && d[2 * k + 1] == 0.0F);
+    LinePower out{0.0, n - zeros};
+    for (const double p : power) out.sum += p;
+    for (std::ptrdiff_t i = 2 * whole; i < 2 * n; ++i) out.sum += static_cast<double>(d[i]) * static_cast<double>(d[i]);
+    return out;
+}
+
+SARFOCUS_MULTIVERSION void add_scatter(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, cdouble gain, double* scatter) {
+    const auto* d = reinterpret_cast<const float*>(line);
+    const auto* r = reinterpret_cast<const double*>(rotation);
+    const double gain_re = gain.real();
+    const double gain_im = gain.imag();
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+        const auto re = static_cast<double>(d[2 * k]);
+        const auto im = static_cast<double>(d[2 * k + 1]);
+        const double across = (gain_re * im + gain_im * re) * r[2 * k] - (gain_re * re - gain_im * im) * r[2 * k + 1];
+        scatter[k] += across * across;
+    }
+}
+
+SARFOCUS_MULTIVERSION std::ptrdiff_t strongest_sample(const cfloat* line, std::ptrdiff_t n) {
+    constexpr std::ptrdiff_t wide = 16;
+    const auto* d = reinterpret_cast<const float*>(line);
+    const auto power = [d](std::ptrdiff_t k) { return d[2 * k] * d[2 * k] + d[2 * k + 1] * d[2 * k + 1]; };
+    float greatest[wide] = {};
+    const std::ptrdiff_t whole = n / wide * wide;
+    for (std::ptrdiff_t k = 0; k < whole; k += wide)
+        for (std::ptrdiff_t l = 0; l < wide; ++l) greatest[l] = std::max(greatest[l], power(k + l));
+    // Rounding may differ between the vectorised loop and this one: what comes within it of the greatest is looked at again.
+    const float most = *std::max_element(greatest, greatest + wide) * (1.0F - 1e-6F);
+    std::ptrdiff_t out = 0;
+    for (std::ptrdiff_t k = 0; k < n; ++k)
+        if (power(k) >= most && power(k) > power(out)) out = k;
+    return out;
+}
+
+SARFOCUS_MULTIVERSION void turn_line(const cfloat* line, std::ptrdiff_t n, double slope, double first, cfloat* out) {
+    const auto* d = reinterpret_cast<const float*>(line);
+    auto* o = reinterpret_cast<float*>(out);
+    Turns turn(-slope, -first);
+    const auto one = [&](std::ptrdiff_t k, std::ptrdiff_t l) {
+        const auto re = static_cast<float>(turn.re[l]);
+        const auto im = static_cast<float>(turn.im[l]);
+        o[2 * k] = d[2 * k] * re - d[2 * k + 1] * im;
+        o[2 * k + 1] = d[2 * k] * im + d[2 * k + 1] * re;
+    };
+    const std::ptrdiff_t whole = n / lanes * lanes;
     for (std::ptrdiff_t k = 0; k < whole; k += lanes) {
         for (std::ptrdiff_t l = 0; l < lanes; ++l) one(k + l, l);
         turn.advance();

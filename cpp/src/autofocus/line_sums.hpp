@@ -14,10 +14,26 @@ struct LineMoments {
     cdouble second;  ///< sum of x^2 z
 };
 
+/// Of the samples of one line.
+struct LinePower {
+    double sum = 0.0;            ///< of |line[k]|^2
+    std::ptrdiff_t samples = 0;  ///< other than zero
+};
+[[nodiscard]] LinePower line_power(const cfloat* line, std::ptrdiff_t n);
+
 [[nodiscard]] LineMoments line_moments(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle);
 [[nodiscard]] cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle);
 
 /// sum[k] += gain line[k] exp(-j slope (k - middle)) and own[k] += share |line[k]|^2.
 void add_line(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle, double share, cdouble* sum, double* own);
+
+/// scatter[k] += Im(gain line[k] conj(rotation[k]))^2.
+void add_scatter(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, cdouble gain, double* scatter);
+
+/// Index of the first of the greatest |line[k]|^2.
+[[nodiscard]] std::ptrdiff_t strongest_sample(const cfloat* line, std::ptrdiff_t n);
+
+/// out[k] = line[k] exp(j slope (first + k)).
+void turn_line(const cfloat* line, std::ptrdiff_t n, double slope, double first, cfloat* out);
 
 }  // namespace sarfocus::autofocus::detail

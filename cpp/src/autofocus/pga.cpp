@@ -9,27 +9,22 @@
 
 #include "point_engine.hpp"
 #include "spectrum_source.hpp"
+#include "strip_result.hpp"
 
 namespace sarfocus::autofocus {
 namespace {
 
-void require_image(const ImageView& image, const MutableImageView& corrected, const Execution& execution) {
+void require_image(const ImageView& image, const MutableImageView& corrected) {
     require_not_empty(image, "image");
     require_same_shape(corrected, "out", image, "image");
-    require_finite(image, "image", execution.threads);
-}
-
-void copy(const ImageView& from, MutableImageView to) {
-    if (from.data() == to.data() && from.strides() == to.strides()) return;
-    for (std::ptrdiff_t i = 0; i < from.extent(0); ++i)
-        for (std::ptrdiff_t j = 0; j < from.extent(1); ++j) to(i, j) = from(i, j);
 }
 
 }  // namespace
 
 void correct_azimuth_spectrum(const ImageView& image, const std::vector<double>& phase, MutableImageView corrected,
                               const Execution& execution) {
-    require_image(image, corrected, execution);
+    require_image(image, corrected);
+    require_finite(image, "image", execution.threads);
     const std::ptrdiff_t n = image.extent(0);
     if (static_cast<std::ptrdiff_t>(phase.size()) != n)
         throw ShapeError("phase", std::to_string(n) + " values", std::to_string(phase.size()));
@@ -38,24 +33,27 @@ void correct_azimuth_spectrum(const ImageView& image, const std::vector<double>&
 
 Result pga(const ImageView& image, MutableImageView corrected, const PointOptions& options) {
     options.validate();
-    require_image(image, corrected, options.execution);
+    require_image(image, corrected);
     if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
     bool empty = true;
     for (std::ptrdiff_t i = 0; i < image.extent(0) && empty; ++i)
         for (std::ptrdiff_t j = 0; j < image.extent(1) && empty; ++j) empty = image(i, j) == cfloat{};
     if (empty) throw NumericalError("image: expected pixels other than zero, got all zero");
 
-    detail::SpectrumSource source(image, options.execution);
+    constexpr std::ptrdiff_t share = 8;  // of the gates of an image with many
+    std::vector<std::ptrdiff_t> gates = detail::strong_gates(image, options.execution, share);
+    if (static_cast<std::ptrdiff_t>(gates.size()) == image.extent(1)) require_finite(image, "image", options.execution.threads);
+    detail::SpectrumSource source(image, std::move(gates), options.execution);
     Result result = detail::estimate_from_points(source, options);
     result.method = "pga";
     result.estimate = source.over_spectrum(result.estimate, 0.0);
     result.phase_std = source.over_spectrum(result.phase_std, std::numeric_limits<double>::quiet_NaN());
     if (result.input_returned()) {
         result.phase_error.assign(result.estimate.size(), 0.0);
-        copy(image, corrected);
+        detail::copy_image(image, corrected, options.execution);
     } else {
         result.phase_error = result.estimate;
-        correct_azimuth_spectrum(image, result.phase_error, corrected, options.execution);
+        detail::correct_spectrum(image, result.phase_error, corrected, nullptr, nullptr, options.execution);
     }
     return result;
 }

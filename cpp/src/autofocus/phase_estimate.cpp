@@ -10,6 +10,7 @@
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/fft/plan.hpp>
@@ -19,11 +20,18 @@
 namespace sarfocus::autofocus {
 namespace {
 
-constexpr std::ptrdiff_t pulses_per_task = 64;
+constexpr std::ptrdiff_t most_pulses_per_task = 512;
 constexpr std::ptrdiff_t smoothing_half_width = 7;  // pulses over which phase_std is averaged to each side
 
 std::size_t at(std::ptrdiff_t i) {
     return static_cast<std::size_t>(i);
+}
+
+// A task sets out along every line anew, which costs as much as some hundred pulses: long lines are cut into longer pieces.
+std::ptrdiff_t pulses_of_a_task(std::ptrdiff_t n_pulse) {
+    constexpr std::ptrdiff_t least = 64;
+    constexpr std::ptrdiff_t pieces = 16;
+    return std::clamp(n_pulse / (pieces * least) * least, least, most_pulses_per_task);
 }
 
 // exp(j b (k - middle)) for consecutive k, by recurrence.
@@ -32,7 +40,7 @@ public:
     Ramp(double slope, double first_offset) : value_(std::polar(1.0, slope * first_offset)), step_(std::polar(1.0, slope)) {}
     cdouble next() {
         const cdouble out = value_;
-        value_ *= step_;
+        value_ = product(value_, step_);
         return out;
     }
 
@@ -41,6 +49,7 @@ private:
     cdouble step_;
 };
 
+// lines: contiguous along the pulses.
 class Alternation {
 public:
     Alternation(const ImageView& lines, const PhaseEstimateOptions& options)
@@ -49,7 +58,9 @@ public:
           n_line_(lines.extent(0)),
           n_pulse_(lines.extent(1)),
           middle_(0.5 * static_cast<double>(n_pulse_ - 1)),
-          d_({n_line_, n_pulse_}),
+          pulses_per_task_(pulses_of_a_task(n_pulse_)),
+          tasks_((n_pulse_ + pulses_per_task_ - 1) / pulses_per_task_),
+          lines_(lines),
           power_(at(n_line_), 0.0),
           samples_(at(n_line_), 0.0),
           phase_(at(n_pulse_), 0.0),
@@ -61,12 +72,9 @@ public:
           weight_(at(n_line_), 0.0) {
 #pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
         for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
-            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
-                d_(n, k) = lines(n, k);
-                power_[at(n)] += std::norm(cdouble(lines(n, k)));
-                samples_[at(n)] += lines(n, k) != cfloat{} ? 1.0 : 0.0;
-            }
-            if (samples_[at(n)] > 0.0) power_[at(n)] /= samples_[at(n)];
+            const detail::LinePower power = detail::line_power(line(n), n_pulse_);
+            samples_[at(n)] = static_cast<double>(power.samples);
+            power_[at(n)] = power.samples > 0 ? power.sum / samples_[at(n)] : 0.0;
         }
         if (std::none_of(power_.begin(), power_.end(), [](double power) { return power > 0.0; }))
             throw NumericalError("lines: expected samples other than zero, got all zero");
@@ -83,19 +91,20 @@ public:
             weight_[n] = power_[n] > background ? (1.0 - background / power_[n]) / power_[n] : 0.0;
         std::fill(slope_.begin(), slope_.end(), 0.0);
         std::fill(phase_.begin(), phase_.end(), 0.0);
-        std::vector<cdouble> product(at(n_pulse_));
-        const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
+        std::vector<cdouble> steps(at(n_pulse_));
 #pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
-        for (std::ptrdiff_t task = 0; task < tasks; ++task) {
-            const std::ptrdiff_t begin = std::max<std::ptrdiff_t>(task * pulses_per_task, 1);
-            const std::ptrdiff_t end = std::min((task + 1) * pulses_per_task, n_pulse_);
-            for (std::ptrdiff_t n = 0; n < n_line_; ++n)
+        for (std::ptrdiff_t task = 0; task < tasks_; ++task) {
+            const std::ptrdiff_t begin = std::max<std::ptrdiff_t>(task * pulses_per_task_, 1);
+            const std::ptrdiff_t end = std::min((task + 1) * pulses_per_task_, n_pulse_);
+            for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
+                const cfloat* d = line(n);
                 for (std::ptrdiff_t k = begin; k < end; ++k)
-                    product[at(k)] += weight_[at(n)] * cdouble(d_(n, k)) * std::conj(cdouble(d_(n, k - 1)));
+                    steps[at(k)] += product(weight_[at(n)] * cdouble(d[k]), std::conj(cdouble(d[k - 1])));
+            }
         }
         double sum = 0.0;
         for (std::ptrdiff_t k = 1; k < n_pulse_; ++k) {
-            if (product[at(k)] != cdouble{}) sum += std::arg(product[at(k)]);
+            if (steps[at(k)] != cdouble{}) sum += std::arg(steps[at(k)]);
             phase_[at(k)] = sum;
         }
         remove_linear(phase_);
@@ -120,15 +129,22 @@ public:
     // [methods 3]: A_n and b_n, then phi(k); returns the largest change of phi.
     double iterate() {
         fit_lines();
-        const std::vector<double> before = phase_;
-        update_phase();
-        double change = 0.0;
-        for (std::size_t k = 0; k < phase_.size(); ++k) change = std::max(change, std::abs(std::remainder(phase_[k] - before[k], two_pi)));
-        return change;
+        std::vector<double> change(at(tasks_));
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
+        for (std::ptrdiff_t task = 0; task < tasks_; ++task)
+            change[at(task)] = update_pulses(task * pulses_per_task_, std::min(pulses_per_task_, n_pulse_ - task * pulses_per_task_));
+        return *std::max_element(change.begin(), change.end());
     }
 
+    void fit_lines() {
+#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
+        for (std::ptrdiff_t n = 0; n < n_line_; ++n)
+            if (samples_[at(n)] > 0.0) fit_line(n);
+        if (options_.linear_terms) centre_slopes();
+    }
+
+    // With the lines fitted to the phase.
     PhaseEstimate finish() {
-        fit_lines();
         PhaseEstimate out;
         out.phase_std = standard_deviation();
         for (std::size_t k = 0; k < phase_.size(); ++k)
@@ -146,7 +162,7 @@ public:
 
 private:
     // A pass over fewer samples takes less time than threads need to meet.
-    [[nodiscard]] bool worth_threads() const { return n_line_ * n_pulse_ >= 50000; }
+    [[nodiscard]] bool worth_threads() const { return n_line_ * n_pulse_ >= 100000; }
 
     // The peak of every line's periodogram, to half a cell: what the Newton steps start from.
     void find_slopes() {
@@ -154,15 +170,16 @@ private:
         const fft::Plan<float> plan(length, fft::Direction::forward);
         std::vector<Array<cfloat, 1>> memory;
         for (int t = 0; t < threads_; ++t) memory.emplace_back(std::array<std::ptrdiff_t, 1>{length});
+        std::vector<cfloat> turn;
+        for (const cdouble& rotation : rotation_) turn.emplace_back(std::conj(rotation));
 #pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
         for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
-            cfloat* line = memory[at(omp_get_thread_num())].data();
-            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) line[k] = d_(n, k) * cfloat(std::conj(rotation_[at(k)]));
-            std::fill(line + n_pulse_, line + length, cfloat{});
-            plan.execute(line);
-            std::ptrdiff_t peak = 0;
-            for (std::ptrdiff_t f = 1; f < length; ++f)
-                if (std::norm(line[f]) > std::norm(line[peak])) peak = f;
+            cfloat* work = memory[at(omp_get_thread_num())].data();
+            const cfloat* d = line(n);
+            for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) work[k] = product(d[k], turn[at(k)]);
+            std::fill(work + n_pulse_, work + length, cfloat{});
+            plan.execute(work);
+            const std::ptrdiff_t peak = detail::strongest_sample(work, length);
             slope_[at(n)] = two_pi * static_cast<double>(2 * peak < length ? peak : peak - length) / static_cast<double>(length);
         }
     }
@@ -171,14 +188,7 @@ private:
         for (std::size_t k = 0; k < phase_.size(); ++k) rotation_[k] = std::polar(1.0, phase_[k]);
     }
 
-    void fit_lines() {
-#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
-        for (std::ptrdiff_t n = 0; n < n_line_; ++n)
-            if (samples_[at(n)] > 0.0) fit_line(n);
-        if (options_.linear_terms) centre_slopes();
-    }
-
-    [[nodiscard]] const cfloat* line(std::ptrdiff_t n) const { return d_.data() + n * n_pulse_; }
+    [[nodiscard]] const cfloat* line(std::ptrdiff_t n) const { return &lines_(n, 0); }
 
     // One Newton step up the periodogram |sum z exp(-j b k)|^2, at most half a cell.
     void fit_slope(std::ptrdiff_t n) {
@@ -211,27 +221,26 @@ private:
         for (double& slope : slope_) slope -= sum / weights;
     }
 
-    void update_phase() {
-        const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
-#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
-        for (std::ptrdiff_t task = 0; task < tasks; ++task)
-            update_pulses(task * pulses_per_task, std::min(pulses_per_task, n_pulse_ - task * pulses_per_task));
-        set_rotation();
-    }
-
-    void update_pulses(std::ptrdiff_t begin, std::ptrdiff_t count) {
-        cdouble sum[pulses_per_task] = {};
-        double own[pulses_per_task] = {};
+    // Returns their largest change.
+    double update_pulses(std::ptrdiff_t begin, std::ptrdiff_t count) {
+        cdouble sum[most_pulses_per_task] = {};
+        double own[most_pulses_per_task] = {};
         for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
             if (!(samples_[at(n)] > 0.0)) continue;
             const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
             const double share = weight_[at(n)] / samples_[at(n)];
             detail::add_line(line(n) + begin, count, gain, slope_[at(n)], middle_ - static_cast<double>(begin), share, sum, own);
         }
+        double change = 0.0;
         for (std::ptrdiff_t k = 0; k < count; ++k) {
+            double& phase = phase_[at(begin + k)];
+            const double before = phase;
             const cdouble others = sum[k] - own[k] * rotation_[at(begin + k)];
-            if (others != cdouble{}) phase_[at(begin + k)] = std::arg(others);
+            if (others != cdouble{}) phase = std::arg(others);
+            rotation_[at(begin + k)] = std::polar(1.0, phase);
+            change = std::max(change, std::abs(std::remainder(phase - before, two_pi)));
         }
+        return change;
     }
 
     // With c_n(k) the weighted line n turned to the common phase, var phi(k) = sum (Im c_n)^2 / (sum w_n |A_n|^2)^2, whatever the noise is;
@@ -240,40 +249,57 @@ private:
         std::vector<double> scatter(at(n_pulse_), 0.0);
         std::vector<double> information(at(n_pulse_), 0.0);
         std::vector<double> implied(at(n_pulse_), 0.0);
-        const std::ptrdiff_t tasks = (n_pulse_ + pulses_per_task - 1) / pulses_per_task;
 #pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1 && worth_threads())
-        for (std::ptrdiff_t task = 0; task < tasks; ++task) {
-            const std::ptrdiff_t begin = task * pulses_per_task;
-            const std::ptrdiff_t end = std::min(begin + pulses_per_task, n_pulse_);
+        for (std::ptrdiff_t task = 0; task < tasks_; ++task) {
+            const std::ptrdiff_t begin = task * pulses_per_task_;
+            const std::ptrdiff_t end = std::min(begin + pulses_per_task_, n_pulse_);
+            double of_all[2] = {};  // information and what is implied, of lines that have every pulse
             for (std::ptrdiff_t n = 0; n < n_line_; ++n) {
                 const cdouble gain = weight_[at(n)] * std::conj(amplitude_[at(n)]);
                 const double model = weight_[at(n)] * weight_[at(n)] * signal_[at(n)] * 0.5 * noise_[at(n)];
+                const cfloat* d = line(n);
+                const double own = weight_[at(n)] * signal_[at(n)];
+                if (slope_[at(n)] == 0.0 && samples_[at(n)] == static_cast<double>(n_pulse_)) {
+                    detail::add_scatter(d + begin, rotation_.data() + begin, end - begin, gain, scatter.data() + begin);
+                    of_all[0] += own;
+                    of_all[1] += model;
+                    continue;
+                }
                 Ramp ramp(-slope_[at(n)], static_cast<double>(begin) - middle_);
                 for (std::ptrdiff_t k = begin; k < end; ++k) {
                     const cdouble turn = ramp.next();
-                    if (d_(n, k) == cfloat{}) continue;
-                    const double across = std::imag(gain * cdouble(d_(n, k)) * std::conj(rotation_[at(k)]) * turn);
+                    if (d[k] == cfloat{}) continue;
+                    const double across = product(product(product(gain, cdouble(d[k])), std::conj(rotation_[at(k)])), turn).imag();
                     scatter[at(k)] += across * across;
-                    information[at(k)] += weight_[at(n)] * signal_[at(n)];
+                    information[at(k)] += own;
                     implied[at(k)] += model;
                 }
+            }
+            for (std::ptrdiff_t k = begin; k < end; ++k) {
+                information[at(k)] += of_all[0];
+                implied[at(k)] += of_all[1];
             }
         }
         const double freedom = n_line_ > 1 ? static_cast<double>(n_line_) / static_cast<double>(n_line_ - 1) : 1.0;
         const double random = pi / std::sqrt(3.0);  // of a phase drawn from the whole circle: none is less certain
+        for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
+            if (!(information[at(k)] > 0.0)) continue;
+            scatter[at(k)] = freedom * scatter[at(k)] / (information[at(k)] * information[at(k)]);
+            implied[at(k)] /= information[at(k)] * information[at(k)];
+        }
         const std::ptrdiff_t half = std::min(smoothing_half_width, n_pulse_ / 8);
         std::vector<double> out(at(n_pulse_), std::numeric_limits<double>::quiet_NaN());
         for (std::ptrdiff_t k = 0; k < n_pulse_; ++k) {
             bool reached = false;
-            for (std::ptrdiff_t n = 0; n < n_line_ && !reached; ++n) reached = d_(n, k) != cfloat{};
+            for (std::ptrdiff_t n = 0; n < n_line_ && !reached; ++n) reached = lines_(n, k) != cfloat{};
             if (!reached) continue;
             double observed = 0.0;
             double expected = 0.0;
             int count = 0;
             for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(k - half, 0); i <= std::min(k + half, n_pulse_ - 1); ++i) {
                 if (!(information[at(i)] > 0.0)) continue;
-                observed += freedom * scatter[at(i)] / (information[at(i)] * information[at(i)]);
-                expected += implied[at(i)] / (information[at(i)] * information[at(i)]);
+                observed += scatter[at(i)];
+                expected += implied[at(i)];
                 ++count;
             }
             out[at(k)] = count > 0 ? std::min(std::sqrt(std::max(observed, expected) / count), random) : random;
@@ -286,7 +312,9 @@ private:
     std::ptrdiff_t n_line_;
     std::ptrdiff_t n_pulse_;
     double middle_;
-    Array<cfloat, 2> d_;
+    std::ptrdiff_t pulses_per_task_;
+    std::ptrdiff_t tasks_;
+    ImageView lines_;
     std::vector<double> power_;
     std::vector<double> samples_;
     std::vector<double> phase_;
@@ -314,7 +342,8 @@ void unwrap_about_mean_step(std::vector<double>& phase) {
     }
 }
 
-PhaseEstimate alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
+// Returns the number of iterations.
+int alternate(Alternation& alternation, const PhaseEstimateOptions& options) {
     Monitor monitor(options.execution, "estimate", options.max_iterations);
     int iterations = 0;
     while (iterations < options.max_iterations && !monitor.stopped()) {
@@ -324,6 +353,11 @@ PhaseEstimate alternate(Alternation& alternation, const PhaseEstimateOptions& op
         if (settled) break;
     }
     monitor.finish();
+    alternation.fit_lines();
+    return iterations;
+}
+
+PhaseEstimate finished(Alternation& alternation, int iterations) {
     PhaseEstimate out = alternation.finish();
     out.iterations = iterations;
     return out;
@@ -331,8 +365,11 @@ PhaseEstimate alternate(Alternation& alternation, const PhaseEstimateOptions& op
 
 // The alternation's phase_std is that of its own phase; the gradient's walks away from it.
 PhaseEstimate gradient_estimate(Alternation& alternation, const PhaseEstimateOptions& options) {
+    alternation.start_from_gradient(0.0);
+    alternation.fit_lines();
     PhaseEstimate out = alternation.finish();
-    const PhaseEstimate reference = alternate(alternation, options);
+    alternate(alternation, options);
+    const PhaseEstimate reference = alternation.finish();
     double sum = 0.0;
     double count = 0.0;
     for (std::size_t k = 0; k < out.phase.size(); ++k)
@@ -343,6 +380,24 @@ PhaseEstimate gradient_estimate(Alternation& alternation, const PhaseEstimateOpt
         }
     for (std::size_t k = 0; k < out.phase.size(); ++k)
         out.phase_std[k] = std::sqrt(reference.phase_std[k] * reference.phase_std[k] + (count > 0.0 ? sum / count : 0.0));
+    return out;
+}
+
+// All lines alike suits many points of one strength; what stands out of the median, a few points among many lines without one.
+PhaseEstimate likelier_of_two_starts(Alternation& alike, const PhaseEstimateOptions& options) {
+    Alternation standing_out = alike;
+    alike.start_from_gradient(0.0);
+    const int iterations = alternate(alike, options);
+    standing_out.start_from_gradient(standing_out.median_power());
+    const int others = alternate(standing_out, options);
+    if (standing_out.log_likelihood() > alike.log_likelihood()) return finished(standing_out, others);
+    return finished(alike, iterations);
+}
+
+Array<cfloat, 2> contiguous(const ImageView& lines) {
+    Array<cfloat, 2> out(lines.extents());
+    for (std::ptrdiff_t n = 0; n < lines.extent(0); ++n)
+        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) out(n, k) = lines(n, k);
     return out;
 }
 
@@ -364,22 +419,13 @@ PhaseEstimate estimate_phase(const ImageView& lines, const PhaseEstimateOptions&
         throw ShapeError("initial_phase", std::to_string(lines.extent(1)) + " values, one for each pulse",
                          std::to_string(options.initial_phase.size()));
 
-    Alternation alternation(lines, options);
-    if (options.estimator == Estimator::gradient) {
-        alternation.start_from_gradient(0.0);
-        return gradient_estimate(alternation, options);
-    }
-    if (!options.initial_phase.empty()) {
-        alternation.start_from(options.initial_phase);
-        return alternate(alternation, options);
-    }
-    // All lines alike suits many points of one strength; what stands out of the median, a few points among many lines without one.
-    alternation.start_from_gradient(0.0);
-    const PhaseEstimate alike = alternate(alternation, options);
-    const double likelihood = alternation.log_likelihood();
-    alternation.start_from_gradient(alternation.median_power());
-    const PhaseEstimate standing_out = alternate(alternation, options);
-    return alternation.log_likelihood() > likelihood ? standing_out : alike;
+    const Array<cfloat, 2> copy = lines.stride(1) == 1 ? Array<cfloat, 2>() : contiguous(lines);
+    Alternation alternation(copy.empty() ? lines : copy.view(), options);
+    if (options.estimator == Estimator::gradient) return gradient_estimate(alternation, options);
+    if (options.initial_phase.empty()) return likelier_of_two_starts(alternation, options);
+    alternation.start_from(options.initial_phase);
+    const int iterations = alternate(alternation, options);
+    return finished(alternation, iterations);
 }
 
 void remove_linear(std::vector<double>& phase) {

@@ -3,12 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <numeric>
 #include <utility>
 
 #include <sarfocus/core/array.hpp>
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/fft/plan.hpp>
 
+#include "line_sums.hpp"
+#include "phase_smoothing.hpp"
+#include "picture.hpp"
 #include "score.hpp"
 #include "stopwatch.hpp"
 #include "strong_points.hpp"
@@ -17,6 +24,9 @@ namespace sarfocus::autofocus::detail {
 namespace {
 
 using Phase = std::vector<double>;
+
+constexpr double negligible = 0.02;  // rad RMS: the peaks lose two thousandths of a decibel
+constexpr double focused = 0.35;     // rad RMS: the peaks lose half a decibel, and the next round starts from next to nothing
 
 double rms(const Phase& values) {
     double sum = 0.0;
@@ -36,15 +46,17 @@ void add(Phase& phase, const Phase& update) {
     remove_gauge(phase);
 }
 
-void take_out(const Phase& phase, Array<cfloat, 2>& lines) {
+void take_out(const Phase& phase, const MutableImageView& lines) {
     std::vector<cfloat> rotation(phase.size());
     for (std::size_t k = 0; k < phase.size(); ++k) rotation[k] = cfloat(std::polar(1.0, -phase[k]));
-    for (std::ptrdiff_t n = 0; n < lines.extent(0); ++n)
-        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) lines(n, k) *= rotation[static_cast<std::size_t>(k)];
+    for (std::ptrdiff_t n = 0; n < lines.extent(0); ++n) {
+        cfloat* line = &lines(n, 0);
+        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) line[k] = product(line[k], rotation[static_cast<std::size_t>(k)]);
+    }
 }
 
 // Keeps what changes by at most `share` of the pulse rate over the aperture: in the image, a window round the point.
-void low_pass(Array<cfloat, 2>& lines, double share, const Execution& execution) {
+void low_pass(const MutableImageView& lines, double share, const Execution& execution) {
     const std::ptrdiff_t n_pulse = lines.extent(1);
     const std::ptrdiff_t length = fft::good_size(2 * n_pulse);  // zeros behind, so that the two ends do not leak into each other
     const fft::Plan<float> forward(length, fft::Direction::forward);
@@ -53,7 +65,7 @@ void low_pass(Array<cfloat, 2>& lines, double share, const Execution& execution)
     const float scale = 1.0f / static_cast<float>(length);
     parallel_for(execution, "window", lines.extent(0), [&](std::int64_t n) {
         Array<cfloat, 1> line({length});
-        std::copy_n(lines.data() + n * n_pulse, n_pulse, line.data());
+        std::copy_n(&lines(n, 0), n_pulse, line.data());
         forward.execute(line.data());
         for (std::ptrdiff_t f = keep + 1; f < length - keep; ++f) line(f) = {};
         inverse.execute(line.data());
@@ -67,15 +79,10 @@ struct SumPower {
     double incoherent = 0.0;
 };
 
+// rotation: exp(j phase).
 SumPower sum_power(const cfloat* line, const std::vector<cdouble>& rotation) {
-    cdouble sum{};
-    SumPower out;
-    for (std::size_t k = 0; k < rotation.size(); ++k) {
-        sum += cdouble(line[k]) * rotation[k];
-        out.incoherent += std::norm(cdouble(line[k]));
-    }
-    out.coherent = std::norm(sum);
-    return out;
+    const auto n = static_cast<std::ptrdiff_t>(rotation.size());
+    return {std::norm(line_sum(line, rotation.data(), n, 0.0, 0.0)), line_power(line, n).sum};
 }
 
 double median(std::vector<double> values) {
@@ -84,19 +91,9 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-// Mean power of what lies between the strong points: speckle's median is ln 2 of its mean.
-double background_power(const ImageView& image) {
-    constexpr std::ptrdiff_t at_most = 65536;
-    const std::ptrdiff_t step = std::max<std::ptrdiff_t>(image.size() / at_most, 1);
-    std::vector<double> powers;
-    for (std::ptrdiff_t k = 0; k < image.size(); k += step)
-        powers.push_back(std::norm(cdouble(image(k / image.extent(1), k % image.extent(1)))));
-    return median(std::move(powers)) / std::log(2.0);
-}
-
 // Highest power of the image along azimuth near each point: the peak of the zero-padded periodogram of its history within an eighth of the
 // bandwidth to each side, between the samples by a parabola, so that it does not matter where the peak falls among the pixels.
-std::vector<double> peak_powers(const Array<cfloat, 2>& lines, const Phase& phase, const Execution& execution) {
+std::vector<double> peak_powers(const ImageView& lines, const Phase& phase, const Execution& execution) {
     const std::ptrdiff_t length = fft::good_size(4 * lines.extent(1));
     const fft::Plan<float> plan(length, fft::Direction::forward);
     std::vector<cfloat> rotation;
@@ -104,7 +101,7 @@ std::vector<double> peak_powers(const Array<cfloat, 2>& lines, const Phase& phas
     std::vector<double> out(static_cast<std::size_t>(lines.extent(0)));
     parallel_for(execution, "peaks", lines.extent(0), [&](std::int64_t n) {
         Array<cfloat, 1> line({length});
-        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) line(k) = lines(n, k) * rotation[static_cast<std::size_t>(k)];
+        for (std::ptrdiff_t k = 0; k < lines.extent(1); ++k) line(k) = product(lines(n, k), rotation[static_cast<std::size_t>(k)]);
         plan.execute(line.data());
         const auto power = [&](std::ptrdiff_t f) { return std::norm(cdouble(line((f + length) % length))); };
         std::ptrdiff_t peak = 0;
@@ -118,11 +115,18 @@ std::vector<double> peak_powers(const Array<cfloat, 2>& lines, const Phase& phas
     return out;
 }
 
+template <class View>
+View first(const View& lines, std::size_t count) {
+    return lines.slice(0, 0, static_cast<std::ptrdiff_t>(count));
+}
+
 // Histories that the fine estimate rests on, with what is needed to judge it.
 struct FineLines {
     std::vector<Pixel> points;
     std::vector<double> contrast;
-    Array<cfloat, 2> lines;
+    Array<cfloat, 2> lines;  // of the points, and room behind them
+
+    [[nodiscard]] ImageView of_points() const { return first(lines.view(), points.size()); }
 };
 
 // What a run of all rounds ends with.
@@ -131,6 +135,7 @@ struct Estimate {
     FineLines fine;
     PhaseEstimate last;
     bool settled = false;
+    bool quick = false;  // with less of everything
 };
 
 class Engine {
@@ -141,13 +146,27 @@ public:
           plan_(plan),
           result_(result),
           watch_(result.timings),
-          image_({source.shape()[0], source.shape()[1]}) {}
+          picture_(source.picture(plan.picture, options.execution)) {}
 
+    // A large source is first treated the quick way; what that does not improve, it has not understood.
     void run() {
-        source_.form(Phase(static_cast<std::size_t>(source_.n_pulse()), 0.0), image_.view(), options_.execution);
-        watch_.lap("form");
-        cell_ = cell_size(image_.view(), source_);
-        const Estimate all = estimate(everywhere);
+        focus(no_phase(), {});
+        cell_ = picture_->cell_size();
+        watch_.lap("cell size");
+        quick_ = source_.is_large() && !plan_.coarse_only;
+        attempt();
+        if (!quick_ || !result_.input_returned()) return;
+        quick_ = false;
+        passes_of_all_ = 1;
+        result_.rounds.clear();
+        result_.points.clear();
+        result_.score = {};
+        attempt();
+    }
+
+private:
+    void attempt() {
+        Estimate all = estimate(Portion::everywhere);
         result_.estimate = all.phase;
         result_.phase_std = all.last.phase_std;
         list_points(all);
@@ -164,23 +183,25 @@ public:
         result_.status = !applied ? Status::not_improved : (all.settled ? Status::converged : Status::max_iterations);
     }
 
-private:
-    static constexpr int everywhere = -1;
+    void focus(const Phase& phase, const Look& look) {
+        picture_->focus(phase, look);
+        watch_.lap("form");
+    }
 
     // All rounds, with the points of one half of the scene or of all of it.
-    [[nodiscard]] Estimate estimate(int half) {
-        Estimate out = coarse_rounds(no_phase(), plan_.coarse, half);
+    [[nodiscard]] Estimate estimate(Portion half) {
+        Estimate out = guess(no_phase(), plan_.coarse ? &*plan_.coarse : nullptr, half);
         if (plan_.coarse_only) return out;
         if (plan_.compare_starts) {
-            Estimate other = coarse_rounds(no_phase(), {}, half);
+            Estimate other = guess(no_phase(), nullptr, half);
             if (log_sharpness(other.phase, half) > log_sharpness(out.phase, half)) out = std::move(other);
         }
         fine_rounds(out, half);
-        const int passes = half == everywhere ? plan_.passes : passes_of_all_;
+        const int passes = half == Portion::everywhere ? plan_.passes : passes_of_all_;
         double sharpness = passes > 1 && !out.settled ? log_sharpness(out.phase, half) : 0.0;
         int pass = 1;
         for (; pass < passes && !out.settled; ++pass) {
-            Estimate next = coarse_rounds(out.phase, {}, half);
+            Estimate next = guess(out.phase, nullptr, half);
             fine_rounds(next, half);
             const double now = log_sharpness(next.phase, half);
             constexpr double worth_it = 1e-4;  // nat, about what another fine round makes
@@ -188,141 +209,174 @@ private:
             sharpness = now;
             out = std::move(next);
         }
-        if (half == everywhere) passes_of_all_ = pass;
+        if (half == Portion::everywhere) passes_of_all_ = pass;
         return out;
     }
 
     [[nodiscard]] Phase no_phase() const { return Phase(static_cast<std::size_t>(source_.n_pulse()), 0.0); }
 
-    [[nodiscard]] Estimate coarse_rounds(const Phase& start, const PointChooser& chooser, int half) {
+    [[nodiscard]] Estimate coarse_rounds(const Phase& start, const PartColumns* parts, Portion half) {
         Estimate out;
         out.phase = start;
-        for (const double window : options_.coarse_windows) coarse_round(out, window, chooser, half);
+        for (const double window : options_.coarse_windows) coarse_round(out, window, parts, half);
         return out;
     }
 
-    void fine_rounds(Estimate& so_far, int half) {
-        const int rounds = half == everywhere ? options_.fine_rounds : std::min(options_.fine_rounds, plan_.fine_rounds_of_halves);
+    // The same with few points and iterations, until a round changes little. Where none does: all rounds after all; of a half, that is left
+    // to the second attempt, for the other half's pixels tell.
+    [[nodiscard]] Estimate quick_coarse_rounds(const Phase& start, const PartColumns* parts, Portion half) {
+        Estimate out;
+        out.phase = start;
+        out.quick = true;
+        for (const double window : options_.coarse_windows)
+            if (coarse_round(out, window, parts, half) < focused) return out;
+        if (half == Portion::everywhere) return coarse_rounds(start, parts, half);
+        return out;
+    }
+
+    [[nodiscard]] Estimate guess(const Phase& start, const PartColumns* parts, Portion half) {
+        return quick_ ? quick_coarse_rounds(start, parts, half) : coarse_rounds(start, parts, half);
+    }
+
+    void fine_rounds(Estimate& so_far, Portion half) {
+        const int rounds = half == Portion::everywhere ? options_.fine_rounds : std::min(options_.fine_rounds, plan_.fine_rounds_of_halves);
         so_far.settled = false;
-        for (int round = 0; round < rounds && !so_far.settled; ++round) fine_round(so_far, half);
+        for (int round = 0; round < rounds && !so_far.settled; ++round)
+            fine_round(so_far, half, so_far.quick && half == Portion::everywhere && round == 0 && rounds > 1);
     }
 
     // Of the pixels that the estimate may use.
-    [[nodiscard]] double log_sharpness(const Phase& phase, int half) {
-        source_.form(phase, image_.view(), options_.execution);
-        watch_.lap("form");
-        const ArrayView<const bool, 2> own = wanted(half);
-        HalfSums sums;
-        for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i)
-            for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j) {
-                if (own.data() != nullptr && !own(i, j)) continue;
-                const double intensity = std::norm(cdouble(image_(i, j)));
-                sums.power += intensity;
-                sums.square += intensity * intensity;
-            }
+    [[nodiscard]] double log_sharpness(const Phase& phase, Portion half) {
+        focus(phase, {half, Purpose::sums});
+        const double out = picture_->sums(half).log_sharpness();
         watch_.lap("sharpness");
-        return sums.log_sharpness();
+        return out;
     }
 
-    [[nodiscard]] ArrayView<const bool, 2> wanted(int half) const {
-        return half == everywhere ? ArrayView<const bool, 2>{} : masks_[static_cast<std::size_t>(half)].view();
-    }
+    [[nodiscard]] CellSize cells(double separation) const { return {separation * cell_.azimuth, separation * cell_.range}; }
 
-    [[nodiscard]] std::vector<Pixel> strongest(int count, double separation_cells, int half) {
-        return strongest_points(image_.view(), source_, count, {separation_cells * cell_.azimuth, separation_cells * cell_.range},
-                                wanted(half), options_.execution);
-    }
-
-    [[nodiscard]] std::vector<Pixel> choose_coarse(const Phase& phase, const PointChooser& chooser, int half) {
-        source_.form(phase, image_.view(), options_.execution);
-        watch_.lap("form");
-        std::vector<Pixel> points = chooser ? chooser(std::as_const(image_).view(), cell_, wanted(half))
-                                            : strongest(options_.coarse_points, options_.coarse_separation, half);
+    [[nodiscard]] std::vector<Pixel> choose_coarse(const Phase& phase, const PartColumns* parts, Portion half, bool quick) {
+        focus(phase, {half, quick && parts == nullptr ? Purpose::some_points : Purpose::points});
+        const int count = quick ? std::min(options_.coarse_points, half == Portion::everywhere ? 64 : 32) : options_.coarse_points;
+        std::vector<Pixel> points = parts != nullptr ? picture_->strongest_of(*parts, cells(options_.coarse_separation), half)
+                                                     : picture_->strongest(count, cells(options_.coarse_separation), half);
         watch_.lap("choose points");
         return points;
     }
 
-    [[nodiscard]] std::vector<Pixel> choose_fine(const Phase& phase, int half) {
-        source_.form(phase, image_.view(), options_.execution);
-        watch_.lap("form");
-        std::vector<Pixel> points = strongest(options_.fine_points, options_.fine_separation, half);
+    // some: enough of them for a round that another one will follow.
+    [[nodiscard]] std::vector<Pixel> choose_fine(const Phase& phase, Portion half, bool some) {
+        focus(phase, {half, some ? Purpose::some_points : Purpose::points});
+        const auto most = some ? 128 : std::max(512, static_cast<int>(source_.shape()[1])) / (half == Portion::everywhere ? 1 : 2);
+        const int count = source_.is_large() ? std::min(options_.fine_points, most) : options_.fine_points;
+        std::vector<Pixel> points = picture_->strongest(count, cells(options_.fine_separation), half);
         watch_.lap("choose points");
         return points;
     }
 
+    // In the first lines of what is returned; behind them may be room.
     [[nodiscard]] Array<cfloat, 2> histories(const std::vector<Pixel>& points) {
-        Array<cfloat, 2> lines({static_cast<std::ptrdiff_t>(points.size()), source_.n_pulse()});
-        source_.histories(points, lines.view(), options_.execution);
+        const auto count = static_cast<std::ptrdiff_t>(points.size());
+        Array<cfloat, 2> lines = std::move(spare_);
+        if (lines.empty() || lines.extent(0) < count) lines = Array<cfloat, 2>({count, source_.n_pulse()});
+        source_.histories(points, first(lines.view(), points.size()), options_.execution);
         watch_.lap("histories");
         return lines;
     }
 
-    void note(int half, Round round) {
-        if (half == everywhere) result_.rounds.push_back(std::move(round));
+    // Change of the phase that ends the fine rounds.
+    [[nodiscard]] double tolerance(bool quick, Portion half) const {
+        if (!quick) return options_.tolerance;
+        return std::max(options_.tolerance, half == Portion::everywhere ? negligible : focused);
     }
 
-    void coarse_round(Estimate& so_far, double window, const PointChooser& chooser, int half) {
-        const std::vector<Pixel> points = choose_coarse(so_far.phase, chooser, half);
-        if (points.empty()) return;
-        Array<cfloat, 2> lines = histories(points);
+    void note(Portion half, Round round) {
+        if (half == Portion::everywhere) result_.rounds.push_back(std::move(round));
+    }
+
+    // Returns the change of the phase.
+    double coarse_round(Estimate& so_far, double window, const PartColumns* parts, Portion half) {
+        const std::vector<Pixel> points = choose_coarse(so_far.phase, parts, half, so_far.quick);
+        if (points.empty()) return std::numeric_limits<double>::infinity();
+        Array<cfloat, 2> memory = histories(points);
+        const MutableImageView lines = first(memory.view(), points.size());
         take_out(so_far.phase, lines);
         low_pass(lines, window, options_.execution);
         PhaseEstimateOptions how;
         how.estimator = options_.estimator;
-        how.max_iterations = plan_.coarse_iterations;
+        how.max_iterations = so_far.quick ? 2 : plan_.coarse_iterations;
         how.tolerance = 1e-3;
+        if (so_far.quick && window < options_.coarse_windows.front()) how.initial_phase = no_phase();  // the points are in place by now
         how.noise_floor = options_.coarse_noise_floor;
         how.execution = options_.execution;
-        PhaseEstimate update = estimate_phase(lines.view(), how);
-        note(half, {"coarse", window, static_cast<int>(points.size()), update.iterations, rms(update.phase)});
+        PhaseEstimate update = estimate_phase(lines, how);
+        const double change = rms(update.phase);
+        note(half, {"coarse", window, static_cast<int>(points.size()), update.iterations, change});
         if (plan_.coarse_only) {
-            so_far.settled = rms(update.phase) < options_.tolerance;
+            so_far.settled = change < options_.tolerance;
             so_far.fine = lines_as_they_are(points, lines, so_far.phase);
+            so_far.fine.lines = std::move(memory);
+        } else {
+            spare_ = std::move(memory);
         }
-        add(so_far.phase, update.phase);
+        if (so_far.quick)
+            std::transform(update.phase.begin(), update.phase.end(), so_far.phase.begin(), so_far.phase.begin(), std::plus<>());
+        else
+            add(so_far.phase, update.phase);
         so_far.last = std::move(update);
         watch_.lap("estimate");
+        return change;
     }
 
     // The points of a coarse round, windowed, with the phase taken out put back.
-    [[nodiscard]] FineLines lines_as_they_are(const std::vector<Pixel>& points, Array<cfloat, 2>& lines, const Phase& phase) const {
+    [[nodiscard]] FineLines lines_as_they_are(const std::vector<Pixel>& points, const MutableImageView& lines, const Phase& phase) const {
         FineLines out;
         out.points = points;
         Phase back(phase.size());
         std::transform(phase.begin(), phase.end(), back.begin(), [](double p) { return -p; });
         take_out(back, lines);
         out.contrast = contrasts(lines, phase);
-        out.lines = std::move(lines);
         return out;
     }
 
-    void fine_round(Estimate& so_far, int half) {
-        so_far.fine = fine_lines(so_far.phase, half);
+    void fine_round(Estimate& so_far, Portion half, bool first_of_some) {
+        spare_ = std::move(so_far.fine.lines);
+        so_far.fine = fine_lines(so_far.phase, half, first_of_some);
         so_far.settled = so_far.fine.points.empty();
         if (so_far.settled) return;
         PhaseEstimateOptions how;
         how.estimator = options_.estimator;
-        how.max_iterations = plan_.fine_iterations;
+        how.max_iterations = so_far.quick ? 1 : plan_.fine_iterations;
         how.tolerance = 1e-3;
         how.linear_terms = false;  // the points are placed to a fraction of a pixel in every round
         how.noise_floor = options_.fine_noise_floor;
         if (options_.estimator == Estimator::maximum_likelihood) how.initial_phase = so_far.phase;
         how.execution = options_.execution;
-        so_far.last = estimate_phase(so_far.fine.lines.view(), how);
+        so_far.last = estimate_phase(so_far.fine.of_points(), how);
+        if (source_.is_large() && options_.estimator == Estimator::maximum_likelihood) smooth(so_far.last);
         const Phase update = difference(so_far.last.phase, so_far.phase);
-        add(so_far.phase, update);
-        so_far.settled = rms(update) < options_.tolerance;
+        if (so_far.quick)
+            so_far.phase = so_far.last.phase;
+        else
+            add(so_far.phase, update);
+        so_far.settled = !first_of_some && rms(update) < tolerance(so_far.quick, half);
         note(half, {"fine", 1.0, static_cast<int>(so_far.fine.points.size()), so_far.last.iterations, rms(update)});
         watch_.lap("estimate");
     }
 
+    static void smooth(PhaseEstimate& estimate) {
+        SmoothedPhase less = smoothed(estimate.phase, estimate.phase_std);
+        estimate.phase = std::move(less.phase);
+        for (double& std : estimate.phase_std) std *= std::sqrt(less.variance_share);
+    }
+
     // The histories of the points that stand out, the strongest maxima first asked.
-    [[nodiscard]] FineLines fine_lines(const Phase& phase, int half) {
+    [[nodiscard]] FineLines fine_lines(const Phase& phase, Portion half, bool some) {
         FineLines out;
-        const std::vector<Pixel> points = choose_fine(phase, half);
+        const std::vector<Pixel> points = choose_fine(phase, half, some);
         if (points.empty()) return out;
-        const Array<cfloat, 2> all = histories(points);
-        const std::vector<double> contrast = contrasts(all, phase);
+        out.lines = histories(points);
+        const std::vector<double> contrast = contrasts(first(out.lines.view(), points.size()), phase);
         std::vector<std::size_t> order(points.size());
         std::iota(order.begin(), order.end(), std::size_t{0});
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return contrast[a] > contrast[b]; });
@@ -330,12 +384,12 @@ private:
         order.resize(
             std::min(points.size(), std::max(static_cast<std::size_t>(strong), static_cast<std::size_t>(options_.minimum_points))));
         std::sort(order.begin(), order.end());
-        out.lines = Array<cfloat, 2>({static_cast<std::ptrdiff_t>(order.size()), all.extent(1)});
+        const std::ptrdiff_t n_pulse = out.lines.extent(1);
         for (std::size_t n = 0; n < order.size(); ++n) {
             out.points.push_back(points[order[n]]);
             out.contrast.push_back(contrast[order[n]]);
-            std::copy_n(all.data() + static_cast<std::ptrdiff_t>(order[n]) * all.extent(1), all.extent(1),
-                        out.lines.data() + static_cast<std::ptrdiff_t>(n) * all.extent(1));
+            const cfloat* line = out.lines.data() + static_cast<std::ptrdiff_t>(order[n]) * n_pulse;
+            if (order[n] != n) std::copy_n(line, n_pulse, out.lines.data() + static_cast<std::ptrdiff_t>(n) * n_pulse);
         }
         watch_.lap("choose points");
         return out;
@@ -343,19 +397,18 @@ private:
 
     // Peak power over that of the speckle that would lie there: the power of the point's history, spread as the image's background is. A
     // scene that fills only a part of what the pulses resolve gathers its speckle in that part.
-    [[nodiscard]] std::vector<double> contrasts(const Array<cfloat, 2>& lines, const Phase& phase) const {
+    [[nodiscard]] std::vector<double> contrasts(const ImageView& lines, const Phase& phase) const {
         std::vector<SumPower> powers(static_cast<std::size_t>(lines.extent(0)));
         std::vector<cdouble> rotation;
-        for (const double p : phase) rotation.push_back(std::polar(1.0, -p));
-        parallel_for(options_.execution, "weigh points", lines.extent(0), [&](std::int64_t n) {
-            powers[static_cast<std::size_t>(n)] = sum_power(lines.data() + n * lines.extent(1), rotation);
-        });
+        for (const double p : phase) rotation.push_back(std::polar(1.0, p));
+        parallel_for(options_.execution, "weigh points", lines.extent(0),
+                     [&](std::int64_t n) { powers[static_cast<std::size_t>(n)] = sum_power(&lines(n, 0), rotation); });
         double filling = 1.0;
         if (!source_.is_list()) {
             std::vector<double> weaker;  // points come strongest first
             for (std::size_t n = powers.size() / 2; n < powers.size(); ++n) weaker.push_back(powers[n].incoherent);
             const double typical = median(std::move(weaker));
-            if (typical > 0.0) filling = std::max(background_power(image_.view()) * source_.sum_scale() / typical, 1.0);
+            if (typical > 0.0) filling = std::max(picture_->background() * source_.sum_scale() / typical, 1.0);
         }
         std::vector<double> out;
         for (const SumPower& p : powers) out.push_back(p.incoherent > 0.0 ? p.coherent / (p.incoherent * filling) : 0.0);
@@ -386,10 +439,7 @@ private:
             const double power = all.last.signal_power[n] + all.last.noise_power[n];
             out.coherence.push_back(power > 0.0 ? all.last.signal_power[n] / power : 0.0);
         }
-        const std::vector<double> before = peak_powers(all.fine.lines, Phase(all.phase.size(), 0.0), options_.execution);
-        const std::vector<double> after = peak_powers(all.fine.lines, all.phase, options_.execution);
-        for (std::size_t n = 0; n < before.size(); ++n)
-            out.gain_db.push_back(before[n] > 0.0 ? 10.0 * std::log10(after[n] / before[n]) : 0.0);
+        out.gain_db = peak_gains(all, out.weight);
         double count = 0.0;
         for (const double std : all.last.phase_std)
             if (std::isfinite(std)) {
@@ -400,26 +450,52 @@ private:
         return out;
     }
 
+    // dB, of the points' peaks; of many points of a large source some, spread over all strengths, stand for the others by their mean.
+    [[nodiscard]] std::vector<double> peak_gains(const Estimate& all, const std::vector<double>& weight) const {
+        constexpr std::size_t some = 64;
+        const std::size_t step = source_.is_large() ? std::max<std::size_t>(weight.size() / some, 1) : 1;
+        const ImageView lines = all.fine.of_points();
+        const auto count = static_cast<std::ptrdiff_t>((weight.size() + step - 1) / step);
+        const ImageView sample(lines.data(), {count, lines.extent(1)}, {static_cast<std::ptrdiff_t>(step) * lines.extent(1), 1});
+        const std::vector<double> before = peak_powers(sample, Phase(all.phase.size(), 0.0), options_.execution);
+        const std::vector<double> after = peak_powers(sample, all.phase, options_.execution);
+        double sum = 0.0;
+        double weights = 0.0;
+        std::vector<double> gains;
+        for (std::size_t n = 0; n < before.size(); ++n) {
+            gains.push_back(before[n] > 0.0 ? 10.0 * std::log10(after[n] / before[n]) : 0.0);
+            sum += weight[n * step] * gains.back();
+            weights += weight[n * step];
+        }
+        if (step == 1) return gains;
+        return std::vector<double>(weight.size(), weights > 0.0 ? sum / weights : 0.0);
+    }
+
     // Each half of the scene is judged with the phase that the other half's points gave, from the first round on.
-    void judge_on_halves(const Estimate& all) {
-        const auto shape = source_.shape();
+    void judge_on_halves(Estimate& all) {
         const Halves halves(source_, cell_);
-        Array<cfloat, 2> before({shape[0], shape[1]});
-        source_.form(Phase(all.phase.size(), 0.0), before.view(), options_.execution);
-        source_.form(all.phase, image_.view(), options_.execution);
+        picture_->split(halves);
+        TrialSums trial;
+        focus(no_phase(), {Portion::everywhere, Purpose::entropy});
+        trial.entropy_before = picture_->entropy();
+        trial.before = {picture_->sums(Portion::first_half), picture_->sums(Portion::second_half)};
+        focus(all.phase, {Portion::everywhere, Purpose::entropy});
+        trial.entropy_after = picture_->entropy();
         const Evidence found = evidence(all);
-        const bool decided = judged_without_halves(before.view(), image_.view(), halves, found, options_.execution, result_.score);
+        spare_ = std::move(all.fine.lines);
+        const bool decided = judged_without_halves(trial, halves, found, result_.score);
         watch_.lap("judge");
         if (decided) return;
-        for (const int half : {0, 1}) masks_[static_cast<std::size_t>(half)] = halves.mask(half);
-        Array<cfloat, 2> from_first({shape[0], shape[1]});
-        Array<cfloat, 2> from_second({shape[0], shape[1]});
-        source_.form(estimate(0).phase, from_first.view(), options_.execution);
-        source_.form(estimate(1).phase, from_second.view(), options_.execution);
-        source_.form(all.phase, image_.view(), options_.execution);
-        result_.score =
-            judge({before.view(), image_.view(), from_first.view(), from_second.view()}, halves, cell_, found, options_.execution);
+        trial.held_out[1] = held_out(Portion::first_half, Portion::second_half);
+        trial.held_out[0] = held_out(Portion::second_half, Portion::first_half);
+        judge_held_out(trial, cell_, result_.score);
         watch_.lap("judge");
+    }
+
+    [[nodiscard]] HalfSums held_out(Portion from, Portion judged) {
+        const Phase phase = estimate(from).phase;
+        focus(phase, {judged, Purpose::sums});
+        return picture_->sums(judged);
     }
 
     PointSource& source_;
@@ -427,10 +503,11 @@ private:
     const PointPlan& plan_;
     Result& result_;
     Stopwatch watch_;
-    Array<cfloat, 2> image_;
+    std::unique_ptr<Picture> picture_;
     CellSize cell_;
-    std::array<Array<bool, 2>, 2> masks_;  // of the halves, filled when they are needed
-    int passes_of_all_ = 1;                // that the estimate from everywhere made
+    Array<cfloat, 2> spare_;  // memory of histories no longer needed
+    bool quick_ = false;
+    int passes_of_all_ = 1;  // that the estimate from everywhere made
 };
 
 }  // namespace

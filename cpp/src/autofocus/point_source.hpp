@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <sarfocus/core/array_view.hpp>
@@ -33,6 +34,13 @@ public:
     [[nodiscard]] virtual bool is_list() const = 0;
 };
 
+class Picture;
+
+/// How the image of a source will be looked at.
+struct PictureRequest {
+    std::ptrdiff_t piece = 256;  ///< azimuth lines in each of which a few of the strongest maxima of a column are enough
+};
+
 /// Where the point methods take their histories from: an image's azimuth spectrum (pga) or phase history (gpga). The sum of a point's
 /// history over the pulses is the image at that point, up to a constant factor. The layout is that of the image that `form` makes.
 class PointSource : public PixelLayout {
@@ -43,6 +51,10 @@ public:
 
     /// The image with exp(-j phase) on the pulses. image: [shape()].
     virtual void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) = 0;
+    /// The image to be looked at with one phase after the other; the source and `execution` must outlive it.
+    [[nodiscard]] virtual std::unique_ptr<Picture> picture(const PictureRequest& request, const Execution& execution);
+    /// True where estimation is to be bounded, as estimate_from_points says.
+    [[nodiscard]] virtual bool is_large() const { return false; }
     /// The histories of points, no phase taken out. histories: [n_point, n_pulse].
     virtual void histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) = 0;
 };

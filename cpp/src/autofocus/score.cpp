@@ -48,10 +48,7 @@ HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
     for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
         for (std::ptrdiff_t j = 0; j < image.extent(1); ++j) {
             if (halves.of(i, j) != half) continue;
-            const double intensity = std::norm(cdouble(image(i, j)));
-            out.pixels += 1.0;
-            out.power += intensity;
-            out.square += intensity * intensity;
+            out.add(std::norm(cdouble(image(i, j))));
         }
     return out;
 }
@@ -59,12 +56,12 @@ HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
 constexpr double sigmas = 3.0;
 
 // Gain in log sharpness of each half with the other half's phase; returns the smaller of the two.
-double held_out(const Trial& trial, const Halves& halves, const CellSize& cell, Score& score) {
+double held_out(const TrialSums& trial, const CellSize& cell, Score& score) {
     double worst = std::numeric_limits<double>::infinity();
     double variance = 0.0;
-    for (const int half : {0, 1}) {
-        const HalfSums before = sums_of(trial.before, halves, half);
-        const HalfSums after = sums_of(half == 0 ? trial.from_second : trial.from_first, halves, half);
+    for (const std::size_t half : {0U, 1U}) {
+        const HalfSums& before = trial.before[half];
+        const HalfSums& after = trial.held_out[half];
         const double gain = after.log_sharpness() - before.log_sharpness();
         score.held_out_gain += 0.5 * gain;
         worst = std::min(worst, gain);
@@ -113,10 +110,9 @@ bool one_sided(const Halves& halves, const Evidence& evidence) {
     return std::min(share, 1.0 - share) < too_little;
 }
 
-bool judged_without_halves(const ImageView& before, const ImageView& after, const Halves& halves, const Evidence& evidence,
-                           const Execution& execution, Score& score) {
-    score.entropy_before = quality::entropy(before, execution);
-    score.entropy_after = quality::entropy(after, execution);
+bool judged_without_halves(const TrialSums& trial, const Halves& halves, const Evidence& evidence, Score& score) {
+    score.entropy_before = trial.entropy_before;
+    score.entropy_after = trial.entropy_after;
     score.point_gain_db = weighted_mean(evidence.gain_db, evidence.weight);
     if (!(score.entropy_after < score.entropy_before))
         score.reason = sentence("entropy did not fall: %.4f before, %.4f nat after", score.entropy_before, score.entropy_after);
@@ -128,10 +124,8 @@ bool judged_without_halves(const ImageView& before, const ImageView& after, cons
     return !score.reason.empty();
 }
 
-Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence, const Execution& execution) {
-    Score score;
-    if (judged_without_halves(trial.before, trial.after, halves, evidence, execution, score)) return score;
-    const double worst = held_out(trial, halves, cell, score);
+void judge_held_out(const TrialSums& trial, const CellSize& cell, Score& score) {
+    const double worst = held_out(trial, cell, score);
     if (!(score.held_out_gain > sigmas * score.held_out_noise))
         score.reason = sentence("held-out sharpness changed by %+.4f nat, not above three times its noise of %.4f", score.held_out_gain,
                                 score.held_out_noise);
@@ -141,6 +135,17 @@ Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, cons
         score.improved = true;
         score.reason = sentence("held-out sharpness rose by %.4f nat (noise %.4f)", score.held_out_gain, score.held_out_noise);
     }
+}
+
+Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence, const Execution& execution) {
+    Score score;
+    TrialSums sums;
+    sums.entropy_before = quality::entropy(trial.before, execution);
+    sums.entropy_after = quality::entropy(trial.after, execution);
+    if (judged_without_halves(sums, halves, evidence, score)) return score;
+    sums.before = {sums_of(trial.before, halves, 0), sums_of(trial.before, halves, 1)};
+    sums.held_out = {sums_of(trial.from_second, halves, 0), sums_of(trial.from_first, halves, 1)};
+    judge_held_out(sums, cell, score);
     return score;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -35,6 +36,18 @@ struct HalfSums {
     double power = 0.0;
     double square = 0.0;
 
+    void add(double intensity) {
+        pixels += 1.0;
+        power += intensity;
+        square += intensity * intensity;
+    }
+    HalfSums& operator+=(const HalfSums& other) {
+        pixels += other.pixels;
+        power += other.power;
+        square += other.square;
+        return *this;
+    }
+
     /// log(sum I^2 / (sum I)^2): rises with focus, blind to scale.
     [[nodiscard]] double log_sharpness() const;
 };
@@ -45,6 +58,14 @@ struct Trial {
     ImageView after;       ///< the estimate from all points
     ImageView from_first;  ///< the estimate from the points of half 0, which judges half 1
     ImageView from_second;
+};
+
+/// What a decision needs of these images.
+struct TrialSums {
+    double entropy_before = 0.0;  ///< nat
+    double entropy_after = 0.0;
+    std::array<HalfSums, 2> before;    ///< of each half
+    std::array<HalfSums, 2> held_out;  ///< of each half, with the phase that the other half's points gave
 };
 
 /// What the estimate rests on.
@@ -63,12 +84,13 @@ struct Evidence {
 /// more than speckle would by chance; the strong points' peaks do not fall on average. Where nearly all information lies in one half, as
 /// with a single strong point, the second is replaced: the histories must be steadier than noise turned to any phase could be, and the
 /// peaks must rise by more than fitting their noise explains.
-/// The part of it that the halves' own estimates have no say in. True where it decides, and the score then tells what; else its entropies
-/// and point_gain_db are set.
-[[nodiscard]] bool judged_without_halves(const ImageView& before, const ImageView& after, const Halves& halves, const Evidence& evidence,
-                                         const Execution& execution, Score& score);
-
 [[nodiscard]] Score judge(const Trial& trial, const Halves& halves, const CellSize& cell, const Evidence& evidence,
                           const Execution& execution);
+
+/// The part of it that the halves' own estimates have no say in: only the entropies of `trial` count. True where it decides, and the score
+/// then tells what; else its entropies and point_gain_db are set.
+[[nodiscard]] bool judged_without_halves(const TrialSums& trial, const Halves& halves, const Evidence& evidence, Score& score);
+/// The rest of it, where that has not decided.
+void judge_held_out(const TrialSums& trial, const CellSize& cell, Score& score);
 
 }  // namespace sarfocus::autofocus::detail

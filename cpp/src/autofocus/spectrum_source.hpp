@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <sarfocus/core/array.hpp>
@@ -15,8 +16,13 @@
 namespace sarfocus::autofocus::detail {
 
 /// Range gates worth estimating from, ascending: those with the largest sum of squared intensity, which a strong point raises most,
-/// defocused or not. All of a small image; of a large one a quarter, which loses next to nothing.
-[[nodiscard]] std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution);
+/// defocused or not. All of a small image; of a large one a quarter, or another share, which loses next to nothing. Throws NumericalError
+/// (NaN, infinity) where it leaves gates out; else it looks at none.
+[[nodiscard]] std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution, std::ptrdiff_t share = 4);
+
+/// Whether an image has more pixels than are looked at as a whole, 2^20: estimation is bounded, from some of the range gates, of which no
+/// image is kept.
+[[nodiscard]] bool is_large(const ImageView& image);
 
 /// The azimuth spectrum of some range gates. Its pulses are the occupied part of the spectrum, in the order in which it is one piece: a
 /// Doppler centroid may have folded it round the ends.
@@ -32,9 +38,11 @@ public:
     [[nodiscard]] std::ptrdiff_t range_gate(std::ptrdiff_t column) const override { return gates_[static_cast<std::size_t>(column)]; }
     [[nodiscard]] bool fractional_columns() const override { return false; }
     [[nodiscard]] bool is_list() const override { return false; }
+    [[nodiscard]] bool is_large() const override { return large_; }
     [[nodiscard]] double sum_scale() const override { return static_cast<double>(n_azimuth_) * static_cast<double>(n_azimuth_); }
 
     void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) override;
+    [[nodiscard]] std::unique_ptr<Picture> picture(const PictureRequest& request, const Execution& execution) override;
     void histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) override;
 
     /// Puts other samples [n_azimuth, gates] in place of those that the support was found from, their spectrum times `factor`
@@ -45,13 +53,16 @@ public:
     [[nodiscard]] std::vector<double> over_spectrum(const std::vector<double>& values, double elsewhere) const;
     /// Unshifted transform bin of pulse p.
     [[nodiscard]] std::ptrdiff_t bin(std::ptrdiff_t p) const { return ((first_ + p) % n_azimuth_ + n_azimuth_) % n_azimuth_; }
+    /// What a line of the spectrum is multiplied by before its inverse transform: [n_azimuth], unshifted.
+    [[nodiscard]] std::vector<cfloat> factors(const std::vector<double>& phase) const;
     /// [gates, n_azimuth], unnormalised, unshifted.
     [[nodiscard]] const Array<cfloat, 2>& spectrum() const { return spectrum_; }
 
 private:
-    void find_support();
+    void find_support(const Execution& execution);
 
     std::ptrdiff_t n_azimuth_;
+    bool large_;
     std::vector<std::ptrdiff_t> gates_;
     Array<cfloat, 2> spectrum_;
     fft::Plan<float> inverse_;

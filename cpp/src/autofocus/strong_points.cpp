@@ -18,15 +18,6 @@ bool neighbours(const PixelLayout& layout, std::ptrdiff_t a, std::ptrdiff_t b) {
     return std::abs(layout.range_gate(a) - layout.range_gate(b)) == 1;
 }
 
-double sub_pixel(double left, double centre, double right) {
-    if (!(left > 0.0 && right > 0.0)) return 0.0;
-    const double l = std::log(left);
-    const double c = std::log(centre);
-    const double r = std::log(right);
-    const double curvature = l - 2.0 * c + r;
-    return curvature < 0.0 ? std::clamp(0.5 * (l - r) / curvature, -0.5, 0.5) : 0.0;
-}
-
 Pixel refined(const ImageView& image, const PixelLayout& layout, std::ptrdiff_t i, std::ptrdiff_t j) {
     const double value = intensity(image, i, j);
     Pixel out{static_cast<double>(i), static_cast<double>(j)};
@@ -40,8 +31,7 @@ Pixel refined(const ImageView& image, const PixelLayout& layout, std::ptrdiff_t 
 std::vector<Pixel> coalesced(const ImageView& image, const PixelLayout& layout, int count, const CellSize& separation,
                              std::vector<detect::Point> maxima) {
     for (detect::Point& p : maxima) p.range = layout.range_gate(p.range);
-    maxima =
-        detect::coalesce(std::move(maxima), {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)});
+    maxima = detect::coalesce(std::move(maxima), reach_of(separation));
     if (maxima.size() > static_cast<std::size_t>(count)) maxima.resize(static_cast<std::size_t>(count));
     return to_pixels(maxima, image, layout);
 }
@@ -112,6 +102,19 @@ std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& l
         if (static_cast<int>(out.size()) == count || options.minimum == 0.0) break;
     }
     return out;
+}
+
+double sub_pixel(double left, double centre, double right) {
+    if (!(left > 0.0 && right > 0.0)) return 0.0;
+    const double l = std::log(left);
+    const double c = std::log(centre);
+    const double r = std::log(right);
+    const double curvature = l - 2.0 * c + r;
+    return curvature < 0.0 ? std::clamp(0.5 * (l - r) / curvature, -0.5, 0.5) : 0.0;
+}
+
+std::array<std::ptrdiff_t, 2> reach_of(const CellSize& separation) {
+    return {std::max(std::lround(separation.azimuth), 1L), std::max(std::lround(separation.range), 1L)};
 }
 
 std::vector<Pixel> to_pixels(const std::vector<detect::Point>& points, const ImageView& image, const PixelLayout& layout) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include <sarfocus/core/array_view.hpp>
@@ -23,6 +25,12 @@ struct CellSize {
 /// the logarithm of the intensity. At most `count`; `wanted` [shape] excludes pixels, an empty view none.
 [[nodiscard]] std::vector<Pixel> strongest_points(const ImageView& image, const PixelLayout& layout, int count, const CellSize& separation,
                                                   const ArrayView<const bool, 2>& wanted, const Execution& execution);
+
+/// Of a peak between three intensities, from their parabola in logarithms: -0.5 to 0.5.
+[[nodiscard]] double sub_pixel(double left, double centre, double right);
+
+/// Half widths of the box that points closer than `separation` share, pixels: at least one.
+[[nodiscard]] std::array<std::ptrdiff_t, 2> reach_of(const CellSize& separation);
 
 /// From points by range gate to sub-pixel positions by column.
 [[nodiscard]] std::vector<Pixel> to_pixels(const std::vector<detect::Point>& points, const ImageView& image, const PixelLayout& layout);

@@ -2,9 +2,11 @@
 #include <sarfocus/fft/plan.hpp>
 
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include <fftw3.h>
 
@@ -100,22 +102,50 @@ auto plan_of(int n, std::complex<Real>* x, int sign) {
     return measured;
 }
 
+template <class Real>
+using Handle = std::conditional_t<is_single<Real>, fftwf_plan, fftw_plan>;
+
+// Under the lock: the plans the process keeps, for planning takes as long as some transforms. Never destroyed: the host's lock may be
+// gone by the end of the process.
+template <class Real>
+std::map<std::pair<int, int>, Handle<Real>>& kept_plans() {
+    static auto& plans = *new std::map<std::pair<int, int>, Handle<Real>>;
+    return plans;
+}
+
+bool worth_keeping(std::ptrdiff_t length, std::size_t kept) {
+    constexpr std::ptrdiff_t longest = 1 << 17;
+    constexpr std::size_t most = 64;
+    return length <= longest && kept < most;
+}
+
 }  // namespace
 
 template <class Real>
 struct Plan<Real>::Impl {
-    using Handle = std::conditional_t<std::is_same_v<Real, float>, fftwf_plan, fftw_plan>;
-    Handle handle = nullptr;
+    Handle<Real> handle = nullptr;
     std::ptrdiff_t length = 0;
+    bool kept = false;
 
     Impl(std::ptrdiff_t n, Direction direction) : length(n) {
         if (n < 1 || n > (1 << 30)) throw ValueError("length", "a transform length from 1 to 2^30", std::to_string(n));
-        Array<std::complex<Real>, 1> scratch({n});
+        const int sign = direction == Direction::forward ? FFTW_FORWARD : FFTW_BACKWARD;
+        const std::pair<int, int> key(static_cast<int>(n), sign);
         const PlannerGuard guard;
-        handle = plan_of<Real>(static_cast<int>(n), scratch.data(), direction == Direction::forward ? FFTW_FORWARD : FFTW_BACKWARD);
+        auto& plans = kept_plans<Real>();
+        if (const auto found = plans.find(key); found != plans.end()) {
+            handle = found->second;
+            kept = true;
+            return;
+        }
+        Array<std::complex<Real>, 1> scratch({n});
+        handle = plan_of<Real>(static_cast<int>(n), scratch.data(), sign);
         if (handle == nullptr) throw NumericalError("no transform of length " + std::to_string(n) + " could be planned");
+        kept = worth_keeping(n, plans.size());
+        if (kept) plans.emplace(key, handle);
     }
     ~Impl() {
+        if (kept) return;
         const PlannerGuard guard;
         destroy(handle);
     }

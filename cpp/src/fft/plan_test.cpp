@@ -86,6 +86,21 @@ TEST(Plan, MovesAndRefusesBadLengths) {
     EXPECT_THROW(Plan<float>((std::ptrdiff_t{1} << 30) + 1, Direction::forward), ValueError);
 }
 
+TEST(Plan, IsTheSameToTheBitAmongMoreLengthsThanAreKept) {
+    auto expected = sequence<float>(96);
+    Plan<float>(96, Direction::forward).execute(expected.data());
+    for (std::ptrdiff_t n = 100; n < 200; ++n) {
+        auto x = sequence<float>(n);
+        auto again = sequence<float>(n);
+        Plan<float>(n, Direction::forward).execute(x.data());
+        Plan<float>(n, Direction::forward).execute(again.data());
+        for (std::ptrdiff_t k = 0; k < n; ++k) ASSERT_EQ(x(k), again(k)) << "length " << n;
+    }
+    auto x = sequence<float>(96);
+    Plan<float>(96, Direction::forward).execute(x.data());
+    for (std::ptrdiff_t k = 0; k < 96; ++k) EXPECT_EQ(x(k), expected(k));
+}
+
 TEST(Plan, GoodSizeIsTheSmallestSmoothLength) {
     EXPECT_EQ(good_size(-3), 1);
     EXPECT_EQ(good_size(1), 1);
@@ -104,12 +119,13 @@ TEST(Plan, UsesTheLockOfTheHost) {
         const Plan<float> plan(16, Direction::forward);
     }
     set_planner_lock(nullptr, nullptr);
-    EXPECT_EQ(host_locks, 2);  // once to plan, once to destroy
-    EXPECT_EQ(host_unlocks, 2);
+    EXPECT_GE(host_locks, 1);  // to plan; once more to destroy, where the process keeps enough plans already
+    EXPECT_EQ(host_unlocks, host_locks);
+    const int so_far = host_locks;
     {
         const Plan<float> plan(16, Direction::forward);
     }
-    EXPECT_EQ(host_locks, 2);
+    EXPECT_EQ(host_locks, so_far);
     EXPECT_THROW(set_planner_lock([] {}, nullptr), ValueError);
 }
 

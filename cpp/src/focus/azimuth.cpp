@@ -14,10 +14,10 @@
 #include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/fft/plan.hpp>
+#include <sarfocus/focus/gate_block.hpp>
 #include <sarfocus/signal/phasor.hpp>
 
 #include "focus/apply_phase.hpp"
-#include "focus/gate_block.hpp"
 #include "focus/line_workspace.hpp"
 
 namespace sarfocus::focus {

@@ -1,3 +1,4 @@
+#include <sarfocus/focus/gate_block.hpp>
 #include <sarfocus/focus/range_doppler.hpp>
 
 #include <algorithm>
@@ -16,7 +17,6 @@
 #include <sarfocus/fft/plan.hpp>
 #include <sarfocus/focus/range_compress.hpp>
 
-#include "focus/gate_block.hpp"
 #include "focus/line_workspace.hpp"
 #include "focus/migration_correction.hpp"
 

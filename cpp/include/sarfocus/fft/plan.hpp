@@ -11,7 +11,8 @@ namespace sarfocus::fft {
 enum class Direction { forward, inverse };  // exponent -j and +j
 
 /// One-dimensional transform of fixed length over contiguous, aligned memory; unnormalised in both directions.
-/// Built once, executed from any number of threads at once on different memory. Lengths are free; `good_size` gives fast ones.
+/// Built once, executed from any number of threads at once on different memory. Lengths are free; `good_size` gives fast ones. What is
+/// planned for the first lengths asked for, up to 2^17, the process keeps: a host program must not call FFTW's cleanup.
 template <class Real>
 class SARFOCUS_API Plan {
 public:

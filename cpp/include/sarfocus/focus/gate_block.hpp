@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/array_view.hpp>
@@ -21,26 +22,38 @@ public:
     [[nodiscard]] cfloat* gate(std::ptrdiff_t g) { return memory_.data() + g * pitch_; }
 
     void load(const ImageView& from) {
-        walk(from, [this](const cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { gate(g)[i] = value; });
+        walk(from, [this](const cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { move(value, gate(g)[i]); });
     }
     void store(const MutableImageView& to) {
-        walk(to, [this](cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { value = gate(g)[i]; });
+        walk(to, [this](cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { move(gate(g)[i], value); });
     }
 
 private:
+    // In one piece: the assignment would move the two parts one by one.
+    static void move(const cfloat& from, cfloat& to) { std::memcpy(&to, &from, sizeof from); }
+
     // In the order in which the image lies in memory, a cache line of every gate at a time; the pitch keeps the gates out of each other's
     // cache sets.
     template <class View, class Move>
-    void walk(const View& image, const Move& move) {
+    void walk(const View& image, const Move& one) {
         const std::ptrdiff_t gates = image.extent(1);
         if (std::abs(image.stride(0)) <= std::abs(image.stride(1))) {
             for (std::ptrdiff_t g = 0; g < gates; ++g)
-                for (std::ptrdiff_t i = 0; i < n_; ++i) move(image(i, g), i, g);
+                for (std::ptrdiff_t i = 0; i < n_; ++i) one(image(i, g), i, g);
         } else {
-            for (std::ptrdiff_t begin = 0; begin < n_; begin += samples_of_a_line)
+            for (std::ptrdiff_t begin = 0; begin < n_; begin += samples_of_a_line) {
+                ask_for(image, begin + samples_of_a_line);
                 for (std::ptrdiff_t g = 0; g < gates; ++g)
-                    for (std::ptrdiff_t i = begin; i < std::min(begin + samples_of_a_line, n_); ++i) move(image(i, g), i, g);
+                    for (std::ptrdiff_t i = begin; i < std::min(begin + samples_of_a_line, n_); ++i) one(image(i, g), i, g);
+            }
         }
+    }
+
+    // The next lines' pieces lie too far apart for the processor to foresee: half of the time of a walk would be waiting.
+    template <class View>
+    void ask_for(const View& image, std::ptrdiff_t begin) const {
+        for (std::ptrdiff_t i = begin; i < std::min(begin + samples_of_a_line, n_); ++i)
+            for (std::ptrdiff_t g = 0; g < image.extent(1); g += samples_of_a_line) __builtin_prefetch(&image(i, g));
     }
 
     std::ptrdiff_t n_;
