@@ -19,7 +19,7 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::SparseMatrix<double>;
-using Index = Eigen::Index;
+using Eigen::Index;
 
 constexpr int inner_steps = 2;                   // Gauss-Newton steps between two looks at the samples
 constexpr std::ptrdiff_t deviation_knots = 512;  // at most about so many knots get a posterior deviation; between them it is interpolated

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <memory>
 #include <string>
 
@@ -27,7 +28,7 @@ constexpr std::ptrdiff_t sections_per_aperture = 16;  // of azimuth, each with o
 constexpr int candidates_per_wanted = 6;              // tested, for one that is wanted
 
 // A gate's energy is not finite; which sample is at fault is found out afterwards.
-class NotFinite {};
+class NotFinite : public std::exception {};
 
 // Sections of azimuth, each some pixels long.
 struct Sections {

@@ -17,7 +17,7 @@ std::string variable(const char* name) {
 }
 
 fs::path chosen_folder() {
-    const std::string own = variable("SARFOCUS_WISDOM");
+    std::string own = variable("SARFOCUS_WISDOM");
     if (own == "off") return {};
     if (!own.empty()) return own;
     if (const std::string cache = variable("XDG_CACHE_HOME"); !cache.empty()) return fs::path(cache) / "sarfocus";

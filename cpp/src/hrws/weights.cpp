@@ -15,7 +15,7 @@
 namespace sarfocus::hrws {
 namespace {
 
-using Index = Eigen::Index;
+using Eigen::Index;
 using detail::Matrix;
 using detail::Vector;
 
