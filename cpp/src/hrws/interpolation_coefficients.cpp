@@ -13,9 +13,9 @@
 namespace sarfocus::hrws {
 namespace {
 
-using Eigen::Index;
 using detail::Matrix;
 using detail::Vector;
+using Eigen::Index;
 
 double sinc(double x) {
     return x == 0.0 ? 1.0 : std::sin(pi * x) / (pi * x);

@@ -15,9 +15,9 @@
 namespace sarfocus::hrws {
 namespace {
 
-using Eigen::Index;
 using detail::Matrix;
 using detail::Vector;
+using Eigen::Index;
 
 // The bands aliased onto one frequency, [n_band, n_channel], of modulus 1, the spectrum assumed in each, and which is wanted.
 struct Bands {
