@@ -1,21 +1,24 @@
 """The job of the side-by-side comparison of backprojection, as files that any interpreter with NumPy reads.
 
-X band, 300 MHz, 5 km standoff: noise in range and pulse, its spectrum flat over the band, and the sum in double precision at random pixels.
+X band, 300 MHz: noise in range and pulse, its spectrum flat over the band, and the sum in double precision at random pixels of
+a plane and at random points of hilly terrain about it.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 SPEED_OF_LIGHT = 299_792_458.0
 CARRIER = 9.6e9
 BANDWIDTH = 300e6
-STANDOFF, HEIGHT = 5000.0, 2500.0
 PIXEL = 0.4
-CHECKED = 20_000
+CHECKED = 4_000
+DENSE = 32
+HILLS = 10.0  # m, standard deviation of the terrain's heights
+HILL_LENGTH = 40.0  # m, of their correlation
 
 
 def profiles_of(spectrum: np.ndarray, length: int) -> np.ndarray:
@@ -27,8 +30,8 @@ def profiles_of(spectrum: np.ndarray, length: int) -> np.ndarray:
 
 
 def exact(spectrum: np.ndarray, positions: np.ndarray, reference: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Sum over pulses in double precision: profiles sampled 64 times as densely, cubic between them (-130 dB)."""
-    n, dense = spectrum.shape[1], 64 * spectrum.shape[1]
+    """Sum over pulses in double precision: profiles sampled 32 times as densely, cubic between them (-110 dB)."""
+    n, dense = spectrum.shape[1], DENSE * spectrum.shape[1]
     cell = SPEED_OF_LIGHT / (2 * BANDWIDTH) * n / dense
     total = np.zeros(len(points), np.complex128)
     for pulse, position in enumerate(positions):
@@ -43,40 +46,75 @@ def exact(spectrum: np.ndarray, positions: np.ndarray, reference: np.ndarray, po
     return total
 
 
-def write(folder: Path, size: int) -> None:
-    """`size` x `size` pixels, `size` pulses."""
+def terrain(shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+    """Heights of a smooth random surface, m."""
+    frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1])[None, :]) / PIXEL
+    spectrum = np.fft.rfft2(rng.standard_normal(shape)) * np.exp(-((np.pi * frequency * HILL_LENGTH) ** 2) / 2)
+    heights = np.fft.irfft2(spectrum, shape)
+    return heights * (HILLS / heights.std())
+
+
+def write(folder: Path, shape: tuple[int, int], standoff: float) -> None:
+    """An image of `shape`, as many pulses as it has azimuth lines, the middle of the track `standoff` from the middle of the scene."""
+    rows, columns = shape
     rng = np.random.default_rng(2)
-    length = SPEED_OF_LIGHT / CARRIER * STANDOFF / (2 * 1.25 * PIXEL)
-    x = np.linspace(-0.5, 0.5, size) * length
-    positions = np.c_[x, np.full(size, -np.sqrt(STANDOFF**2 - HEIGHT**2)), np.full(size, HEIGHT)]
+    height = 0.5 * standoff
+    length = SPEED_OF_LIGHT / CARRIER * standoff / (2 * 1.25 * PIXEL)
+    x = np.linspace(-0.5, 0.5, rows) * length
+    positions = np.c_[x, np.full(rows, -np.sqrt(standoff**2 - height**2)), np.full(rows, height)]
     reference = np.linalg.norm(positions, axis=1)
-    half = PIXEL * size / 2
-    swath = 2 * (0.87 * half + half**2 / STANDOFF + 30)
+    along, across = PIXEL * rows / 2, PIXEL * columns / 2
+    swath = 2 * (0.87 * across + max(along, across) ** 2 / standoff + 30)
     n = int(np.ceil(swath / (SPEED_OF_LIGHT / (2 * BANDWIDTH))))
     fade = np.minimum(1, np.sin(np.pi * (np.arange(n) + 0.5) / n) * n / 76) ** 2
-    noise = rng.standard_normal((size, 2 * n), dtype=np.float32).view(np.complex64) * fade
+    noise = rng.standard_normal((rows, 2 * n), dtype=np.float32).view(np.complex64) * fade.astype(np.float32)
     spectrum = np.fft.fftshift(np.fft.fft(np.fft.ifftshift(noise, axes=1), axis=1), axes=1).astype(np.complex64)
     dense = int(np.ceil(1.2 * n))
-    data = profiles_of(spectrum, dense) * np.exp(-2j * np.pi * np.remainder(2 * CARRIER / SPEED_OF_LIGHT * reference, 1.0))[:, None]
+    carrier = np.exp(-2j * np.pi * np.remainder(2 * CARRIER / SPEED_OF_LIGHT * reference, 1.0))
+    data = np.empty((rows, dense), np.complex64)
+    for pulse in range(rows):
+        data[pulse] = profiles_of(spectrum[pulse], dense) * carrier[pulse]
     spacing = SPEED_OF_LIGHT / (2 * BANDWIDTH) * n / dense
-    pixels = rng.integers(0, size, (CHECKED, 2))
-    points = np.c_[(pixels - size // 2) * PIXEL, np.zeros(CHECKED)]
+    pixels = np.c_[rng.integers(0, rows, CHECKED), rng.integers(0, columns, CHECKED)]
+    heights = terrain(shape, rng)
+    plane = np.c_[(pixels - (rows // 2, columns // 2)) * PIXEL, np.zeros(CHECKED)]
+    hilly = np.c_[plane[:, :2], heights[tuple(pixels.T)]]
+    truth = exact(spectrum, positions, reference, np.r_[plane, hilly])
     np.savez(
         folder / "job.npz",
-        data=data.astype(np.complex64),
+        shape=shape,
+        data=data,
         spectrum=spectrum,
         positions=positions,
         reference=reference,
-        start=reference - dense // 2 * spacing,
-        spacing=spacing,
+        range_start=reference - dense // 2 * spacing,
+        range_spacing=spacing,
         first_frequency=CARRIER - n // 2 * BANDWIDTH / n,
         frequency_step=BANDWIDTH / n,
-        pixel=PIXEL,
         pixels=pixels,
-        truth=exact(spectrum, positions, reference, points),
+        heights=heights,
+        truth_plane=truth[:CHECKED],
+        truth_points=truth[CHECKED:],
         wavelength=SPEED_OF_LIGHT / CARRIER,
     )
 
 
-if __name__ == "__main__":
-    write(Path(sys.argv[1]), int(sys.argv[2]))
+def read(folder: Path) -> dict[str, Any]:
+    with np.load(folder / "job.npz") as stored:
+        return dict(stored)
+
+
+def options(job: dict[str, Any]) -> dict[str, Any]:
+    """Where the samples are, as sarfocus.backproject wants to know it."""
+    return {"range_start": job["range_start"], "range_spacing": float(job["range_spacing"]), "wavelength": float(job["wavelength"])}
+
+
+def grid(job: dict[str, Any], over: str) -> Any:
+    """The plane or the points as sarfocus has them."""
+    import sarfocus  # noqa: PLC0415  the module is read where there is none, too
+
+    rows, columns = (int(extent) for extent in job["shape"])
+    x, y = ((np.arange(extent) - extent // 2) * PIXEL for extent in (rows, columns))
+    if over == "points":
+        return sarfocus.ImageGrid.from_points(np.stack([*np.meshgrid(x, y, indexing="ij"), job["heights"]], axis=-1))
+    return sarfocus.ImageGrid.plane((x[0], y[0], 0.0), (PIXEL, 0.0, 0.0), (0.0, PIXEL, 0.0), (rows, columns))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -18,27 +19,27 @@ WORKER = Path(__file__).with_name("worker.py")
 
 @dataclass
 class Contestant:
-    """A job in an environment of its own; the first run is not timed and tells error and memory."""
+    """A job in a process of its own; the first run is not timed and tells error and memory."""
 
     name: str
-    size: int
+    command: Sequence[str]
     threads: int
-    python: str = sys.executable
     seconds: list[float] = field(default_factory=list)
-    error: str = ""
+    error: float = 0.0
+    unit: str = ""
     memory_mib: float = 0.0
 
     def __post_init__(self) -> None:
-        command = [self.python, str(WORKER), self.name, str(self.size), str(self.threads)]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        environment = os.environ | {"OMP_NUM_THREADS": str(self.threads)}
+        self.process = subprocess.Popen(self.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
         first = self.answer()
-        self.error, self.memory_mib = first["error"], first["memory_mib"]
+        self.error, self.unit, self.memory_mib = first["error"], first["unit"], first["memory_mib"]
 
     def answer(self) -> dict[str, Any]:
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
         if not line:
-            raise SystemExit(f"{self.name}, size {self.size}: {self.python} ended without an answer")
+            raise SystemExit(f"{self.name}: {' '.join(self.command)} ended without an answer")
         told: dict[str, Any] = json.loads(line)
         return told
 
@@ -53,9 +54,22 @@ class Contestant:
         self.process.stdin.close()
         self.process.wait()
 
+    @property
+    def median(self) -> float:
+        return float(np.median(self.seconds))
+
+    @property
+    def told_error(self) -> str:
+        return f"{self.error:.1f} dB" if self.unit == "dB" else f"{self.error:.4f} {self.unit}"
+
     def over(self, other: Contestant) -> NDArray[np.float64]:
         """Ratios of the times within a round: quarter, median, three quarters."""
         return np.asarray(np.percentile(np.array(self.seconds) / np.array(other.seconds), [25, 50, 75]))
+
+
+def own(job: str, shape: tuple[int, int], threads: int, python: str = sys.executable) -> Contestant:
+    """One of `jobs.JOBS`, in this environment or another one."""
+    return Contestant(job, [python, str(WORKER), job, f"{shape[0]}x{shape[1]}", str(threads)], threads)
 
 
 def take_turns(contestants: Sequence[Contestant], rounds: int) -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from contest import Contestant
-from jobs import DEFAULT_SIZE, JOBS
+from contest import own
+from jobs import JOBS, own_shape
 
 
 @pytest.mark.parametrize("name", list(JOBS))
 def test_speed(benchmark, name: str) -> None:
-    one = Contestant(name, DEFAULT_SIZE[name], 2)
+    rows, columns = own_shape(name)
+    one = own(name, (rows, columns), 2)
     benchmark.pedantic(one.run, rounds=5)
     one.close()
-    benchmark.extra_info |= {"size": one.size, "error": one.error, "memory_mib": round(one.memory_mib, 1)}
-    print(f"{name}, size {one.size}: error {one.error}, memory {one.memory_mib:.0f} MiB")
+    benchmark.extra_info |= {"shape": [rows, columns], "error": one.told_error, "memory_mib": round(one.memory_mib, 1)}
+    print(f"{name}, {rows} x {columns}: error {one.told_error}, memory {one.memory_mib:.0f} MiB")
