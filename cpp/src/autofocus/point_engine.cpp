@@ -267,7 +267,9 @@ private:
     // some: enough of them for a round that another one will follow.
     [[nodiscard]] std::vector<Pixel> choose_fine(const Phase& phase, Portion half, bool some) {
         focus(phase, {half, some ? Purpose::some_points : Purpose::points});
-        const auto most = some ? 128 : std::max(512, static_cast<int>(source_.shape()[1])) / (half == Portion::everywhere ? 1 : 2);
+        // Of a large source no more histories than that are worth their memory; those of a bright field among them focus nothing.
+        const int gates = std::max(512, static_cast<int>(source_.shape()[1]));
+        const int most = some ? 128 : (quick_ ? 1 : 2) * gates / (half == Portion::everywhere ? 1 : 2);
         const int count = source_.is_large() ? std::min(options_.fine_points, most) : options_.fine_points;
         std::vector<Pixel> points = picture_->strongest(count, cells(options_.fine_separation), half);
         watch_.lap("choose points");
