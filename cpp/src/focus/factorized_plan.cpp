@@ -25,9 +25,11 @@ constexpr double most_cubic_band = 0.7;   // of the bins' sampling rate
 constexpr double least_slope = 0.1;       // of the range along a row, m a metre: flatter rows are left to the exact sum
 constexpr double most_exact_share = 0.3;  // of the image, before all of it is formed exactly
 
-// Cycles of one processor, measured once; only their ratios matter.
+// Cycles of one processor with AVX-512, measured once; only their ratios matter.
 namespace cost {
-constexpr double exact_term = 2.5;
+constexpr double exact_plane_term = 0.85;
+constexpr double exact_point_term = 1.9;  // of the pixels of a polar grid
+constexpr double exact_sample = 20.0;
 constexpr double edge_term = 5.0;
 constexpr double upsampled_sample = 30.0;
 constexpr double line_sample = 3.0;
@@ -35,7 +37,7 @@ constexpr double line = 150.0;
 constexpr double leaf_bin = 15.0;
 constexpr double leaf_term = 0.7;
 constexpr double leaf_row = 20.0;
-constexpr double planning = 3e7;
+constexpr double planning = 5e7;  // on one thread, while another one waits
 }  // namespace cost
 
 // How the tiles of successive levels follow from the smallest.
@@ -148,7 +150,9 @@ public:
         plan_.monostatic = centres.monostatic();
         plan_.spacing = profiles.range_spacing / line_upsample;
         plan_.cycles_per_metre = 2.0 / profiles.wavelength;
-        plan_.exact_work = cost::exact_term * static_cast<double>(grid.size()) * static_cast<double>(centres.n_pulse());
+        terms_ = static_cast<double>(grid.size()) * static_cast<double>(centres.n_pulse());
+        plan_.exact_work = terms_ * (grid.kind() == ImageGrid::Kind::plane ? cost::exact_plane_term : cost::exact_point_term) +
+                           cost::exact_sample * static_cast<double>(profiles.data.size());
         highest_ = plan_.cycles_per_metre + 0.5 / profiles.range_spacing;
         choose_frame(grid);
     }
@@ -435,7 +439,7 @@ private:
             (plan_.roots[k].factorized ? edge_share : exact_share) +=
                 weight * (plan_.roots[k].factorized ? plan_.roots[k].edge_share : 1.0);
         }
-        double work = cost::planning + (exact_share + edge_share * cost::edge_term / cost::exact_term) * plan_.exact_work;
+        double work = cost::planning + exact_share * plan_.exact_work + edge_share * cost::edge_term * terms_;
         if (exact_share > most_exact_share || plan_too_large_) {
             plan_too_large_ = false;
             return 2.0 * plan_.exact_work;
@@ -530,6 +534,7 @@ private:
     const PhaseCentres& centres_;
     int threads_;
     double target_;
+    double terms_ = 0.0;    // of the exact sum
     double highest_ = 0.0;  // cycles of phase for a metre of range, at the upper end of the band
     std::ptrdiff_t range_taps_ = 4;
     double range_error_ = 0.0;
