@@ -222,7 +222,9 @@ range_spacing : float
 wavelength : float
     m.
 method : {"exact", "ffbp"}
-    exact: the sum over every pulse for every pixel; the interpolation between range samples errs by -68 dB for critically sampled data.
+    exact: the sum over every pulse for every pixel. Interpolation between range samples errs by -73 dB where the echo fills 1 / 1.2 of
+    the band sampled, -68 dB for 0.9, -55 dB for 0.95, and fades towards both ends of the record. Noise up to the Nyquist frequency errs
+    by -30 dB; a record that ends abruptly by -40 dB, -51 dB farther than 16 samples from its ends.
     ffbp: factorised, for plane and polar grids; much faster where pixels and pulses are many, to the error asked for. Small jobs, and
     geometries in which that error can't be kept, are summed exactly; `plan_factorized` tells.
 target_error_db : float
