@@ -6,34 +6,12 @@
 
 #include <sarfocus/core/multiversion.hpp>
 
+#include "turns.hpp"
+
 namespace sarfocus::autofocus::detail {
 namespace {
 
-constexpr std::ptrdiff_t lanes = 8;
-
-// exp(-j slope (k - middle)) for `lanes` consecutive k, by recurrence from each to the one `lanes` further on.
-struct Turns {
-    double re[lanes];
-    double im[lanes];
-    double step_re;
-    double step_im;
-
-    Turns(double slope, double middle) : step_re(std::cos(slope * lanes)), step_im(-std::sin(slope * lanes)) {
-        for (std::ptrdiff_t l = 0; l < lanes; ++l) {
-            const double angle = -slope * (static_cast<double>(l) - middle);
-            re[l] = std::cos(angle);
-            im[l] = std::sin(angle);
-        }
-    }
-
-    inline __attribute__((always_inline)) void advance() {
-        for (std::ptrdiff_t l = 0; l < lanes; ++l) {
-            const double next = re[l] * step_re - im[l] * step_im;
-            im[l] = re[l] * step_im + im[l] * step_re;
-            re[l] = next;
-        }
-    }
-};
+constexpr std::ptrdiff_t lanes = Turns::lanes;
 
 // Moments of z up to `order`, inlined into the versions below.
 template <int order>

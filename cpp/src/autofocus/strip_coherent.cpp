@@ -8,6 +8,7 @@
 #include <sarfocus/fft/plan.hpp>
 
 #include "strip_lines.hpp"
+#include "tone_sums.hpp"
 
 namespace sarfocus::autofocus::detail {
 namespace {
@@ -27,21 +28,29 @@ using Links = std::vector<std::vector<Link>>;
 cdouble product_of(const Apertures& a, const Lines& lines, std::ptrdiff_t i, std::ptrdiff_t j) {
     const std::ptrdiff_t begin = std::max(a.start[at(i)], a.start[at(j)]);
     const std::ptrdiff_t end = std::min(a.start[at(i)] + a.count[at(i)], a.start[at(j)] + a.count[at(j)]);
-    cdouble sum{};
-    for (std::ptrdiff_t k = begin; k < end; ++k) {
-        const auto weight = static_cast<double>(std::sqrt(a.weight(i, k - a.start[at(i)]) * a.weight(j, k - a.start[at(j)])));
-        sum += weight * times_conjugate(lines[at(i)][at(k - a.start[at(i)])], lines[at(j)][at(k - a.start[at(j)])]);
-    }
-    return sum;
+    if (end <= begin) return {};
+    const std::ptrdiff_t ki = begin - a.start[at(i)];
+    const std::ptrdiff_t kj = begin - a.start[at(j)];
+    return weighted_product(lines[at(i)].data() + ki, &a.weight(i, ki), lines[at(j)].data() + kj, &a.weight(j, kj), end - begin);
 }
 
-Links links_of(const Apertures& a, const Stitching& stitching, const Lines& lines, const std::vector<bool>& use) {
+Links links_of(const Apertures& a, const Stitching& stitching, const Lines& lines, const std::vector<bool>& use,
+               const Execution& execution) {
+    std::vector<cdouble> products(stitching.seams.size());
+    const auto used = [&](const Seam& seam) { return seam.weight > 0.0 && use[at(seam.first)] && use[at(seam.second)]; };
+    parallel_for(
+        execution, "align", static_cast<std::int64_t>(products.size()),
+        [&](std::int64_t s) {
+            const Seam& seam = stitching.seams[at(s)];
+            if (used(seam)) products[at(s)] = product_of(a, lines, seam.first, seam.second);
+        },
+        8);
     Links out(at(a.size()));
-    for (const Seam& seam : stitching.seams) {
-        if (!(seam.weight > 0.0) || !use[at(seam.first)] || !use[at(seam.second)]) continue;
-        const cdouble product = product_of(a, lines, seam.first, seam.second);
-        out[at(seam.first)].push_back({seam.second, product});
-        out[at(seam.second)].push_back({seam.first, std::conj(product)});
+    for (std::size_t s = 0; s < products.size(); ++s) {
+        const Seam& seam = stitching.seams[s];
+        if (!used(seam)) continue;
+        out[at(seam.first)].push_back({seam.second, products[s]});
+        out[at(seam.second)].push_back({seam.first, std::conj(products[s])});
     }
     return out;
 }
@@ -124,9 +133,8 @@ Fit fit(const Apertures& a, std::ptrdiff_t n, const std::vector<cdouble>& line) 
 
 // Adds weight * conj(gain) * line to the sum over points, each in place. In the order of the points, so that bits do not depend on threads.
 void add_line(const Apertures& a, std::ptrdiff_t n, const std::vector<cdouble>& line, const cdouble& gain, std::vector<cdouble>& sum) {
-    for (std::size_t k = 0; k < line.size(); ++k)
-        sum[at(a.start[at(n)]) + k] +=
-            std::conj(gain) * std::sqrt(static_cast<double>(a.weight(n, static_cast<std::ptrdiff_t>(k)))) * line[k];
+    if (line.empty()) return;
+    add_weighted(line.data(), &a.weight(n, 0), static_cast<std::ptrdiff_t>(line.size()), std::conj(gain), sum.data() + a.start[at(n)]);
 }
 
 void add_argument(const std::vector<cdouble>& sum, CoherentPhase& out) {
@@ -161,8 +169,7 @@ void improve(const Apertures& a, const std::vector<bool>& use, double pixels, bo
         const double limit = first ? slope_of(a, n, pixels) : 2.0 * cell;
         const double step = strongest_tone(lines[at(n)], limit).slope;
         out.slope[at(n)] += step;
-        Ramp ramp(-step, static_cast<double>(a.start[at(n)] - a.points[at(n)].azimuth));
-        for (cdouble& z : lines[at(n)]) z = times(z, ramp.next());
+        turn_signal(lines[at(n)].data(), a.count[at(n)], step, static_cast<double>(a.start[at(n)] - a.points[at(n)].azimuth));
         low_pass(lines[at(n)], pixels * a.fm_rate[at(n)]);
         const Fit f = fit(a, n, lines[at(n)]);
         gain[at(n)] = f.amplitude / std::max({f.noise, noise_floor * std::norm(f.amplitude), 1e-300});
@@ -186,14 +193,13 @@ CoherentPhase coherent_phase(const Apertures& apertures, const Stitching& stitch
         if (!use[at(n)]) return;
         // About sample 0 of the strip, as the slopes of the seams are.
         std::vector<cdouble> line = whitened_line(apertures, n, {}, 0.0);
-        double power = 0.0;
-        for (const cdouble& z : line) power += std::norm(z);
+        const double power = signal_power(line.data(), apertures.count[at(n)]);
         const double scale = power > 0.0 ? std::sqrt(static_cast<double>(line.size()) / power) : 0.0;
-        Ramp ramp(-out.slope[at(n)], static_cast<double>(apertures.start[at(n)]));
-        for (cdouble& z : line) z = times(z, scale * ramp.next());
+        turn_signal(line.data(), apertures.count[at(n)], out.slope[at(n)], static_cast<double>(apertures.start[at(n)]));
+        for (cdouble& z : line) z *= scale;
         lines[at(n)] = std::move(line);
     });
-    const std::vector<cdouble> constant = constants_of(links_of(apertures, stitching, lines, use), stitching.segment, use);
+    const std::vector<cdouble> constant = constants_of(links_of(apertures, stitching, lines, use, execution), stitching.segment, use);
     std::vector<cdouble> sum(out.phase.size());
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
         if (use[at(n)]) add_line(apertures, n, lines[at(n)], constant[at(n)], sum);

@@ -22,7 +22,7 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Eigen::Index;
 
 constexpr int inner_steps = 2;                   // Gauss-Newton steps between two looks at the samples
-constexpr std::ptrdiff_t deviation_knots = 512;  // at most about so many knots get a posterior deviation; between them it is interpolated
+constexpr std::ptrdiff_t deviation_knots = 128;  // at most about so many knots get a posterior deviation; between them it is interpolated
 constexpr double clean = 1e-3;                   // no line is believed to have less noise than this share of its signal in a knot
 
 // A point's line, averaged over the knots it reaches, with the current phase and linear term taken out.
@@ -383,18 +383,18 @@ private:
         std::vector<std::ptrdiff_t> chosen;
         for (std::ptrdiff_t m = first; m < last; m += stride) chosen.push_back(m);
         chosen.push_back(last);
-        Vector unit = Vector::Zero(unknowns());
-        for (const std::ptrdiff_t m : chosen) {
+        parallel_for(options_.execution, "deviation", static_cast<std::int64_t>(chosen.size()), [&](std::int64_t c) {
+            const std::ptrdiff_t m = chosen[at(c)];
+            Vector unit = Vector::Zero(unknowns());
             unit(m) = 1.0;
             const Vector column = solver_.solve(unit);
-            unit(m) = 0.0;
             double variance = column(m);
             for (const std::size_t a : {0U, 1U}) {
                 variance -= 2.0 * q[a](m) * cq[a](m);
                 for (const std::size_t b : {0U, 1U}) variance += q[a](m) * qcq[a][b] * q[b](m);
             }
             out[at(m)] = std::sqrt(std::max(variance, 0.0));
-        }
+        });
         for (std::size_t c = 0; c + 1 < chosen.size(); ++c)
             for (std::ptrdiff_t m = chosen[c] + 1; m < chosen[c + 1]; ++m) {
                 const double t = static_cast<double>(m - chosen[c]) / static_cast<double>(chosen[c + 1] - chosen[c]);

@@ -9,6 +9,8 @@
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/constants.hpp>
 
+#include "tone_sums.hpp"
+
 namespace sarfocus::autofocus {
 
 double Apertures::shift(std::ptrdiff_t n, double slope) const {
@@ -25,6 +27,7 @@ namespace detail {
 namespace {
 
 constexpr std::ptrdiff_t longest_tone = 512;
+constexpr double settled = 1e-6;  // rad over the signal: what a Newton step that follows would add is its square
 
 std::vector<cdouble> averaged(const std::vector<cdouble>& signal, std::ptrdiff_t factor) {
     std::vector<cdouble> out((signal.size() + at(factor) - 1) / at(factor));
@@ -34,17 +37,7 @@ std::vector<cdouble> averaged(const std::vector<cdouble>& signal, std::ptrdiff_t
 
 // One Newton step up |sum z exp(-j slope x)|^2, at most half a cell of the periodogram.
 double newton_step(const std::vector<cdouble>& z, double slope, double middle) {
-    Ramp ramp(-slope, -middle);
-    cdouble s0{};
-    cdouble s1{};
-    cdouble s2{};
-    for (std::size_t k = 0; k < z.size(); ++k) {
-        const cdouble y = times(z[k], ramp.next());
-        const double x = static_cast<double>(k) - middle;
-        s0 += y;
-        s1 += x * y;
-        s2 += x * x * y;
-    }
+    const auto [s0, s1, s2] = tone_moments(z.data(), static_cast<std::ptrdiff_t>(z.size()), slope, middle);
     const double gradient = 2.0 * std::imag(s1 * std::conj(s0));
     const double curvature = 2.0 * (std::norm(s1) - std::real(s2 * std::conj(s0)));
     const double limit = pi / static_cast<double>(z.size());
@@ -89,21 +82,24 @@ const fft::Plan<double>& kept_plan(std::ptrdiff_t length, fft::Direction directi
 Tone strongest_tone(const std::vector<cdouble>& signal, double limit) {
     Tone out;
     const auto n = static_cast<std::ptrdiff_t>(signal.size());
-    double power = 0.0;
-    for (const cdouble& z : signal) power += std::norm(z);
+    const double power = signal_power(signal.data(), n);
     if (n == 0 || !(power > 0.0)) return out;
     const std::ptrdiff_t factor =
         std::clamp<std::ptrdiff_t>(std::min(n / longest_tone, static_cast<std::ptrdiff_t>(0.25 * pi / limit)), 1, n);
-    const std::vector<cdouble> z = averaged(signal, factor);
+    const std::vector<cdouble> fewer = factor > 1 ? averaged(signal, factor) : std::vector<cdouble>{};
+    const std::vector<cdouble>& z = factor > 1 ? fewer : signal;
 
     const double cell = two_pi / static_cast<double>(n);
     double slope = limit > 2.0 * cell ? periodogram_peak(z, limit * static_cast<double>(factor)) : 0.0;
     const double middle = 0.5 * static_cast<double>(z.size() - 1);
-    for (int i = 0; i < 4; ++i) slope += newton_step(z, slope, middle);
+    for (int i = 0; i < 4; ++i) {
+        const double step = newton_step(z, slope, middle);
+        slope += step;
+        if (std::abs(step) < settled / static_cast<double>(z.size())) break;
+    }
 
     out.slope = std::clamp(slope / static_cast<double>(factor), -limit - cell, limit + cell);
-    Ramp ramp(-out.slope, -0.5 * static_cast<double>(n - 1));
-    for (const cdouble& value : signal) out.sum += times(value, ramp.next());
+    out.sum = tone_sum(signal.data(), n, out.slope, 0.5 * static_cast<double>(n - 1));
     out.coherence = std::norm(out.sum) / (static_cast<double>(n) * power);
     return out;
 }
@@ -117,13 +113,9 @@ std::vector<cdouble> rotation_of(const std::vector<double>& phase) {
 std::vector<cdouble> whitened_line(const Apertures& apertures, std::ptrdiff_t n, const std::vector<cdouble>& rotation, double slope) {
     const std::ptrdiff_t start = apertures.start[at(n)];
     std::vector<cdouble> out(at(apertures.count[at(n)]));
-    Ramp ramp(-slope, static_cast<double>(start - apertures.points[at(n)].azimuth));
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        const auto k = static_cast<std::ptrdiff_t>(i);
-        const cdouble sample = cdouble(std::sqrt(apertures.weight(n, k)) * apertures.lines(n, k));
-        out[i] = times(sample, ramp.next());
-        if (!rotation.empty()) out[i] = times(out[i], rotation[at(start + k)]);
-    }
+    if (out.empty()) return out;
+    whiten(&apertures.lines(n, 0), &apertures.weight(n, 0), rotation.empty() ? nullptr : rotation.data() + start, apertures.count[at(n)],
+           slope, static_cast<double>(start - apertures.points[at(n)].azimuth), out.data());
     return out;
 }
 
@@ -131,17 +123,20 @@ double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels) {
     return std::min(two_pi * apertures.fm_rate[at(n)] * pixels, pi);
 }
 
-std::vector<double> imaged_before(const Apertures& apertures) {
+std::vector<double> imaged_before(const Apertures& apertures, const Execution& execution) {
     std::vector<double> out(at(apertures.size()));
-    for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)
+    parallel_for(execution, "find peaks", apertures.size(), [&](std::int64_t n) {
         out[at(n)] =
             apertures.shift(n, strongest_tone(whitened_line(apertures, n, {}, 0.0), slope_of(apertures, n, apertures.window)).slope);
+    });
     return out;
 }
 
 void unwrap(std::vector<double>& phase, std::ptrdiff_t begin, std::ptrdiff_t end) {
-    for (std::ptrdiff_t k = begin + 1; k < end; ++k)
-        phase[at(k)] = phase[at(k - 1)] + std::remainder(phase[at(k)] - phase[at(k - 1)], two_pi);
+    for (std::ptrdiff_t k = begin + 1; k < end; ++k) {
+        const double difference = phase[at(k)] - phase[at(k - 1)];
+        phase[at(k)] = phase[at(k - 1)] + difference - two_pi * std::nearbyint(difference / two_pi);
+    }
 }
 
 std::vector<SegmentSpan> segment_spans(const Apertures& apertures, const std::vector<int>& segment, int segments) {

@@ -66,7 +66,7 @@ struct Tone {
 [[nodiscard]] double slope_of(const Apertures& apertures, std::ptrdiff_t n, double pixels);
 
 /// Where every point is imaged, azimuth pixels from where its aperture was cut: by its strongest tone.
-[[nodiscard]] std::vector<double> imaged_before(const Apertures& apertures);
+[[nodiscard]] std::vector<double> imaged_before(const Apertures& apertures, const Execution& execution);
 
 /// A phase of every sample, turned so that neighbours differ by less than pi.
 void unwrap(std::vector<double>& phase, std::ptrdiff_t begin, std::ptrdiff_t end);

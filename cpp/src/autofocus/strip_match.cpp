@@ -8,6 +8,7 @@
 #include <sarfocus/core/error.hpp>
 
 #include "strip_lines.hpp"
+#include "tone_sums.hpp"
 
 namespace sarfocus::autofocus {
 namespace {
@@ -33,12 +34,10 @@ bool long_enough(const Apertures& a, std::ptrdiff_t i, std::ptrdiff_t j, double 
 std::vector<cdouble> conjugate_product(const Apertures& a, std::ptrdiff_t i, std::ptrdiff_t j) {
     const Overlap o = overlap_of(a, i, j);
     std::vector<cdouble> out(at(o.size()));
-    for (std::ptrdiff_t k = o.begin; k < o.end; ++k) {
-        const std::ptrdiff_t ki = k - a.start[at(i)];
-        const std::ptrdiff_t kj = k - a.start[at(j)];
-        const auto weight = static_cast<double>(std::sqrt(a.weight(i, ki) * a.weight(j, kj)));
-        out[at(k - o.begin)] = weight * detail::times_conjugate(cdouble(a.lines(i, ki)), cdouble(a.lines(j, kj)));
-    }
+    if (out.empty()) return out;
+    const std::ptrdiff_t ki = o.begin - a.start[at(i)];
+    const std::ptrdiff_t kj = o.begin - a.start[at(j)];
+    detail::conjugate_products(&a.lines(i, ki), &a.weight(i, ki), &a.lines(j, kj), &a.weight(j, kj), o.size(), out.data());
     return out;
 }
 

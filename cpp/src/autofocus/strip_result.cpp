@@ -81,7 +81,7 @@ std::ptrdiff_t matching_point(const Apertures& apertures, const std::vector<doub
 }
 
 std::vector<double> apply_gauge(const Apertures& apertures, const SpgaLinearOptions& options, StripPhase& phase) {
-    const std::vector<double> before = imaged_before(apertures);
+    const std::vector<double> before = imaged_before(apertures, options.execution);
     for (std::ptrdiff_t n = 0; n < apertures.size(); ++n)  // left out of the estimate, moved by it all the same
         if (phase.segment[at(n)] < 0)
             phase.slope[at(n)] =

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
 
 #include "strip_lines.hpp"
 
@@ -88,20 +89,25 @@ void judge_held_out(StripEvidence& out, double floor) {
                               4.342944819 * out.mean_gain, 4.342944819 * out.noise);
 }
 
-void judge_alone(const Apertures& a, const StripPhase& phase, StripEvidence& out) {
+// Nat, of the points' peaks with the phase of all.
+double mean_own_gain(const Apertures& a, const StripPhase& phase, const Execution& execution) {
+    const std::vector<cdouble> rotation = rotation_of(phase.phase);
+    std::vector<double> gain(at(a.size()));
+    parallel_for(execution, "judge", a.size(), [&](std::int64_t n) {
+        gain[at(n)] = peak_of(a, n, rotation, whole(a)).log_power - peak_of(a, n, {}, whole(a)).log_power;
+    });
+    return std::accumulate(gain.begin(), gain.end(), 0.0) / static_cast<double>(a.size());
+}
+
+void judge_alone(const Apertures& a, const StripPhase& phase, double gain, StripEvidence& out) {
     // Envelope of the decompressed signal: a tenth of the way from an ideal point to speckle.
     constexpr double steady = 0.05;
     double worst = 0.0;
     for (const StripPoint& p : a.points) worst = std::max(worst, p.contrast);
-    const std::vector<cdouble> rotation = rotation_of(phase.phase);
-    double gain = 0.0;
     double explained = 0.0;
-    for (std::ptrdiff_t n = 0; n < a.size(); ++n) {
-        gain += (peak_of(a, n, rotation, whole(a)).log_power - peak_of(a, n, {}, whole(a)).log_power) / static_cast<double>(a.size());
-        // Fitting its own noise raises a peak by the variance of the phase.
+    // Fitting its own noise raises a peak by the variance of the phase.
+    for (std::ptrdiff_t n = 0; n < a.size(); ++n)
         explained += 0.5 * phase.noise[at(n)] / std::max(phase.signal[at(n)], 1e-300) / static_cast<double>(a.size());
-    }
-    out.own_gain_db = 4.342944819 * gain;
     out.mean_gain = gain;
     out.noise = explained;
     if (!(worst <= steady))
@@ -133,25 +139,27 @@ StripEvidence weigh_points(const Apertures& apertures, const std::vector<Seam>& 
         const CoherentPhase others = coherent_phase(apertures, stitching, use, {0.5}, 1, execution);
         const std::vector<cdouble> rotation = rotation_of(others.phase);
         const std::vector<SegmentSpan> pieces = segment_spans(apertures, stitching.segment, stitching.segments);
-        for (std::ptrdiff_t i = group; i < n; i += groups) {
-            if (share_reached(apertures, i, pieces) < 0.5) continue;
+        std::vector<double> over_noise(at(n), 0.0);  // 0: not judged
+        parallel_for(execution, "judge", (n - group + groups - 1) / groups, [&](std::int64_t m) {
+            const std::ptrdiff_t i = group + m * groups;
+            if (share_reached(apertures, i, pieces) < 0.5) return;
             const Peak before = peak_of(apertures, i, {}, pieces);
             const Peak after = peak_of(apertures, i, rotation, pieces);
             out.held_out_gain[at(i)] = after.log_power - before.log_power;
-            floor += 1.0 / std::max(before.over_noise, after.over_noise);
+            over_noise[at(i)] = std::max(before.over_noise, after.over_noise);
+        });
+        for (const double over : over_noise) {
+            if (!(over > 0.0)) continue;
+            floor += 1.0 / over;
             ++out.judged;
         }
     }
-    double own = 0.0;
-    const std::vector<cdouble> rotation = rotation_of(phase.phase);
-    for (std::ptrdiff_t i = 0; i < n; ++i)
-        own += (peak_of(apertures, i, rotation, whole(apertures)).log_power - peak_of(apertures, i, {}, whole(apertures)).log_power) /
-               static_cast<double>(n);
+    const double own = mean_own_gain(apertures, phase, execution);
     out.own_gain_db = 4.342944819 * own;
     if (out.judged >= 2)
         judge_held_out(out, floor / out.judged);
     else
-        judge_alone(apertures, phase, out);
+        judge_alone(apertures, phase, own, out);
     return out;
 }
 

@@ -11,7 +11,6 @@
 #include <omp.h>
 
 #include <sarfocus/core/checks.hpp>
-#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/fft/plan.hpp>
 #include <sarfocus/focus/gate_block.hpp>
@@ -171,18 +170,19 @@ void correct(const ImageView& image, const StripmapGeometry& geometry, const Fac
     const fft::Plan<float> inverse(n, fft::Direction::inverse);
     const std::vector<double> f2 = squared_frequencies(geometry, n);
     const float scale = 1.0f / static_cast<float>(n);
+    LineWorkspaces filters(options.execution, n);
     walk_gates(image, "image", corrected, "correct", options.execution, [&](cfloat* line, std::ptrdiff_t gate) {
-        const double rate = 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate));
+        cfloat* filter = filters.line();
+        phase_factors(f2.data(), n, 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate)), scale, filter);
         if (options.before) options.before(gate, line);
         forward.execute(line);
         if (!is_finite(line[0])) return false;
-        apply_phase(line, f2.data(), n, rate, scale);
+        multiply(line, filter, n);
         inverse.execute(line);
         std::vector<cfloat> own;
-        const cfloat* factor = factors.of(gate, own);
-        for (std::ptrdiff_t k = 0; k < n; ++k) line[k] = product(line[k], factor[k]);
+        multiply(line, factors.of(gate, own), n);
         forward.execute(line);
-        apply_phase(line, f2.data(), n, -rate, scale);
+        multiply_conjugate(line, filter, n);
         inverse.execute(line);
         if (options.after) options.after(gate, line);
         return true;

@@ -22,9 +22,17 @@ public:
     [[nodiscard]] cfloat* gate(std::ptrdiff_t g) { return memory_.data() + g * pitch_; }
 
     void load(const ImageView& from) {
+        if (from.stride(0) == 1) {
+            for (std::ptrdiff_t g = 0; g < from.extent(1); ++g) std::copy_n(&from(0, g), n_, gate(g));
+            return;
+        }
         walk(from, [this](const cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { move(value, gate(g)[i]); });
     }
     void store(const MutableImageView& to) {
+        if (to.stride(0) == 1) {
+            for (std::ptrdiff_t g = 0; g < to.extent(1); ++g) std::copy_n(gate(g), n_, &to(0, g));
+            return;
+        }
         walk(to, [this](cfloat& value, std::ptrdiff_t i, std::ptrdiff_t g) { move(gate(g)[i], value); });
     }
 
