@@ -152,12 +152,12 @@ public:
                 tile_of_gates(&image(begin, 0), image.stride(1), tile);
             else if (whole && rows == rows_of_a_tile && image.stride(1) == 1)
                 tile_of_lines(&image(begin, 0), image.stride(0), tile);
-            else
+            else {  // the same arithmetic, so that the bits don't depend on the strides
+                cfloat copy[rows_of_a_tile * lanes] = {};
                 for (std::ptrdiff_t i = 0; i < rows; ++i)
-                    for (std::ptrdiff_t g = 0; g < image.extent(1); ++g) {
-                        const cfloat value = image(begin + i, g);
-                        tile[i * lanes + g] = value.real() * value.real() + value.imag() * value.imag();
-                    }
+                    for (std::ptrdiff_t g = 0; g < image.extent(1); ++g) copy[i * lanes + g] = image(begin + i, g);
+                tile_of_lines(copy, lanes, tile);
+            }
             add_up(tile, rows, sums_.data() + begin * lanes);
         }
     }

@@ -149,9 +149,13 @@ TEST(StripSelect, BitsDependOnNeitherThreadsNorStrides) {
     for (std::ptrdiff_t i = 0; i < n; ++i)
         for (std::ptrdiff_t g = 0; g < gates; ++g) turned(g, n - 1 - i) = strip.blurred(i, g);
     const ImageView strided(turned.data() + (n - 1), {n, gates}, {-1, n});
-    for (const int threads : {1, 2, 3, 5}) {
+    Image by_gates({gates, n});
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+        for (std::ptrdiff_t g = 0; g < gates; ++g) by_gates(g, i) = strip.blurred(i, g);
+    const ImageView layouts[] = {strided, strip.blurred.view(), ImageView(by_gates.data(), {n, gates}, {1, n})};
+    for (const int threads : {1, 2, 3, 4, 5}) {
         options.execution.threads = threads;
-        const auto points = select_strip_points(threads % 2 == 1 ? strided : ImageView(strip.blurred.view()), geometry, options);
+        const auto points = select_strip_points(layouts[threads % 3], geometry, options);
         ASSERT_EQ(points.size(), expected.size()) << threads;
         for (std::size_t p = 0; p < points.size(); ++p) {
             EXPECT_EQ(points[p].azimuth, expected[p].azimuth);
