@@ -54,27 +54,46 @@ def terrain(shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
     return heights * (HILLS / heights.std())
 
 
-def write(folder: Path, shape: tuple[int, int], standoff: float) -> None:
-    """An image of `shape`, as many pulses as it has azimuth lines, the middle of the track `standoff` from the middle of the scene."""
+def collection(shape: tuple[int, int], standoff: float) -> dict[str, Any]:
+    """Where the antenna is and which frequencies and ranges are sampled; the middle of the track is `standoff` from that of the scene."""
     rows, columns = shape
-    rng = np.random.default_rng(2)
     height = 0.5 * standoff
     length = SPEED_OF_LIGHT / CARRIER * standoff / (2 * 1.25 * PIXEL)
-    x = np.linspace(-0.5, 0.5, rows) * length
-    positions = np.c_[x, np.full(rows, -np.sqrt(standoff**2 - height**2)), np.full(rows, height)]
+    positions = np.c_[np.linspace(-0.5, 0.5, rows) * length, np.full(rows, -np.sqrt(standoff**2 - height**2)), np.full(rows, height)]
     reference = np.linalg.norm(positions, axis=1)
     along, across = PIXEL * rows / 2, PIXEL * columns / 2
     swath = 2 * (0.87 * across + max(along, across) ** 2 / standoff + 30)
-    n = int(np.ceil(swath / (SPEED_OF_LIGHT / (2 * BANDWIDTH))))
+    n_frequency = int(np.ceil(swath / (SPEED_OF_LIGHT / (2 * BANDWIDTH))))
+    n_range = int(np.ceil(1.2 * n_frequency))
+    spacing = SPEED_OF_LIGHT / (2 * BANDWIDTH) * n_frequency / n_range
+    return {
+        "shape": shape,
+        "positions": positions,
+        "reference": reference,
+        "first_frequency": CARRIER - n_frequency // 2 * BANDWIDTH / n_frequency,
+        "frequency_step": BANDWIDTH / n_frequency,
+        "n_frequency": n_frequency,
+        "n_range": n_range,
+        "range_start": reference - n_range // 2 * spacing,
+        "range_spacing": spacing,
+        "wavelength": SPEED_OF_LIGHT / CARRIER,
+    }
+
+
+def write(folder: Path, shape: tuple[int, int], standoff: float) -> None:
+    """An image of `shape`, as many pulses as it has azimuth lines."""
+    rows, columns = shape
+    rng = np.random.default_rng(2)
+    place = collection(shape, standoff)
+    positions, reference = place["positions"], place["reference"]
+    n, dense = place["n_frequency"], place["n_range"]
     fade = np.minimum(1, np.sin(np.pi * (np.arange(n) + 0.5) / n) * n / 76) ** 2
     noise = rng.standard_normal((rows, 2 * n), dtype=np.float32).view(np.complex64) * fade.astype(np.float32)
     spectrum = np.fft.fftshift(np.fft.fft(np.fft.ifftshift(noise, axes=1), axis=1), axes=1).astype(np.complex64)
-    dense = int(np.ceil(1.2 * n))
     carrier = np.exp(-2j * np.pi * np.remainder(2 * CARRIER / SPEED_OF_LIGHT * reference, 1.0))
     data = np.empty((rows, dense), np.complex64)
     for pulse in range(rows):
         data[pulse] = profiles_of(spectrum[pulse], dense) * carrier[pulse]
-    spacing = SPEED_OF_LIGHT / (2 * BANDWIDTH) * n / dense
     pixels = np.c_[rng.integers(0, rows, CHECKED), rng.integers(0, columns, CHECKED)]
     heights = terrain(shape, rng)
     plane = np.c_[(pixels - (rows // 2, columns // 2)) * PIXEL, np.zeros(CHECKED)]
@@ -82,20 +101,13 @@ def write(folder: Path, shape: tuple[int, int], standoff: float) -> None:
     truth = exact(spectrum, positions, reference, np.r_[plane, hilly])
     np.savez(
         folder / "job.npz",
-        shape=shape,
         data=data,
         spectrum=spectrum,
-        positions=positions,
-        reference=reference,
-        range_start=reference - dense // 2 * spacing,
-        range_spacing=spacing,
-        first_frequency=CARRIER - n // 2 * BANDWIDTH / n,
-        frequency_step=BANDWIDTH / n,
         pixels=pixels,
         heights=heights,
         truth_plane=truth[:CHECKED],
         truth_points=truth[CHECKED:],
-        wavelength=SPEED_OF_LIGHT / CARRIER,
+        **place,
     )
 
 

@@ -118,6 +118,42 @@ def test_info(run, recorded, formed):
     assert json.loads(run("info", formed, "--json")[1])["kind"] == "image"
 
 
+def test_info_predicts_every_method_that_fits(run, recorded, formed):
+    status, out, _ = run("info", recorded, "--size", "10,20", "--spacing", "0.5", "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert found["formed_on"]["shape"] == [20, 40]
+    assert [row["method"] for row in found["costs"]] == ["exact", "ffbp", "gpga"]
+    found = json.loads(run("info", formed, "--json")[1])
+    assert [row["method"] for row in found["costs"]] == ["auto", *sarfocus.method_names(strip=False)]
+    assert all(row["seconds"] > 0 and row["memory"] > 0 and row["fits"] for row in found["costs"])
+    assert "adaptive_pga" in run("info", formed)[1]
+
+
+def test_info_warns_of_memory_that_is_not_free(run, formed, monkeypatch):
+    monkeypatch.setattr("sarfocus.cost.available_memory", lambda: 1 << 20)
+    monkeypatch.setattr("sarfocus.cli.forecast.available_memory", lambda: 1 << 20)
+    assert "GiB that are free" in run("info", formed)[1]
+    assert not any(row["fits"] for row in json.loads(run("info", formed, "--json")[1])["costs"])
+
+
+def test_a_phase_history_without_trajectory_is_described(run, tmp_path):
+    held = history(TARGETS)
+    held.positions = None
+    write(tmp_path / "still.npz", held)
+    assert json.loads(run("info", tmp_path / "still.npz", "--json")[1])["costs"] == []
+
+
+def test_a_long_run_is_announced_in_one_line(run, recorded, formed, tmp_path, monkeypatch):
+    monkeypatch.setattr("sarfocus.cli.forecast.LONG", 0.0)
+    monkeypatch.setattr("sarfocus.cli.forecast.LEAST_SAMPLES", 0)
+    monkeypatch.setattr("sarfocus.cli.forecast.LEAST_PIXEL_PULSES", 0)
+    for arguments in (("form", recorded), ("autofocus", recorded), ("autofocus", formed, "--method", "pga")):
+        status, _, err = run(*arguments, "-o", tmp_path / "out.npz")
+        assert status == 0
+        assert err.count("\n") == 1 and "GiB beyond input and output" in err
+
+
 def test_form(run, recorded, tmp_path):
     status, out, err = run("form", recorded, "-o", tmp_path / "image.h5", "--size", "16,18", "--spacing", "0.25", "--json")
     assert status == 0, err

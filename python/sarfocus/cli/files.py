@@ -13,17 +13,32 @@ from ..focusing import form_image
 from ..grids import default_grid, grid_axes, resolution
 from ..io import Image, PhaseHistory, read, write
 from ..io.dispatch import writable
-from .output import Centre, Json, Output, Size, Spacing, Threads, progress_bar, show
+from . import forecast
+from .output import Centre, Json, Output, Size, Spacing, Threads, progress_bar, show, show_rows
 
 Inputs = Annotated[
     list[Path], typer.Argument(help="A phase history; several Gotcha .mat files are joined as one aperture.", metavar="PHASE_HISTORY...")
 ]
 
 
-def info(file: Annotated[Path, typer.Argument(help="A phase history or an image.")], as_json: Json = False) -> None:
-    """Say what a file holds."""
+def info(
+    file: Annotated[Path, typer.Argument(help="A phase history or an image.")],
+    *,
+    centre: Centre = None,
+    size: Size = None,
+    spacing: Spacing = None,
+    threads: Threads = 0,
+    as_json: Json = False,
+) -> None:
+    """Say what a file holds, and what every method that fits it would take on this machine."""
     item = read(file)
-    show({"file": str(file)} | (describe_history(item) if isinstance(item, PhaseHistory) else describe_image(item)), as_json=as_json)
+    described = describe_history(item) if isinstance(item, PhaseHistory) else describe_image(item)
+    grid = forecast.grid_of(item, centre=centre, size=size, spacing=spacing)
+    onto = {} if grid is None else {"formed_on": describe_grid(grid)}
+    costs = forecast.rows(item, grid, threads)
+    show({"file": str(file)} | described | onto | {"costs": costs}, as_json=as_json)
+    if not as_json:
+        show_rows([forecast.readable(row) for row in costs], "predicted time, memory beyond input and output")
 
 
 def form(
@@ -41,6 +56,7 @@ def form(
     started = time.perf_counter()
     history = read_history(inputs)
     grid = default_grid(history, centre=centre, size=size, spacing=spacing)
+    forecast.announce(history, grid, "exact", threads)
     read_done = time.perf_counter()
     with progress_bar() as progress:
         image = form_image(history, grid, threads=threads, progress=progress)

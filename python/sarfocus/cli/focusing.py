@@ -13,6 +13,7 @@ from ..focusing import focus_history, focus_image
 from ..grids import default_grid
 from ..io import Image, PhaseHistory, read, write
 from ..io.dispatch import writable
+from . import forecast
 from .files import read_history
 from .output import Centre, Json, Output, Size, Spacing, Threads, numbers, progress_bar, show, show_rows
 
@@ -58,11 +59,13 @@ def autofocus(
     target = writable(output)
     item = read(inputs[0] if len(inputs) == 1 else inputs)
     method = suitable(method, item, inputs[0])
+    grid = None if isinstance(item, Image) else default_grid(read_history(inputs), centre=centre, size=size, spacing=spacing)
+    forecast.announce(item, grid, method.value, threads)
     with progress_bar() as progress:
         if isinstance(item, Image):
             focused = focus_image(item, method.value, threads=threads, progress=progress)
         else:
-            grid = default_grid(read_history(inputs), centre=centre, size=size, spacing=spacing)
+            assert grid is not None
             focused = focus_history(item, grid, time_offset=time_offset, threads=threads, progress=progress)
     if not keep_before:
         focused.image.arrays.pop("before", None)
