@@ -68,33 +68,39 @@ void correct_two_dimensional(const ImageView& image, const std::vector<double>& 
     require_finite(ArrayView<const double, 1>(phase.data(), {n}), "phase");
     if (bandwidth_ratio == 0.0) return correct_azimuth_spectrum(image, phase, corrected, execution);
     require_finite(image, "image", execution.threads);
-    require_memory(static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "the spectrum of the image");
-    Array<cfloat, 2> spectrum({n, m});
-    detail::transform_azimuth(image, fft::Direction::forward, spectrum.view(), execution);
+    detail::transform_azimuth(image, fft::Direction::forward, corrected, execution);
     const fft::Plan<float> forward(m, fft::Direction::forward);
     const fft::Plan<float> inverse(m, fft::Direction::inverse);
     const float scale = 1.0f / (static_cast<float>(n) * static_cast<float>(m));
     const std::ptrdiff_t middle = n / 2;
     const auto u_middle = static_cast<double>(middle);
-    parallel_for(execution, "correct", n, [&](std::int64_t k) {
-        const std::ptrdiff_t shifted = (k + middle) % n;
-        const double u = static_cast<double>(shifted) - u_middle;
-        Array<cfloat, 1> line({m});
-        std::copy_n(spectrum.data() + k * m, m, line.data());
-        forward.execute(line.data());
-        for (std::ptrdiff_t f = 0; f < m; ++f) {
-            const double y = bandwidth_ratio * static_cast<double>(f < (m + 1) / 2 ? f : f - m) / static_cast<double>(m);
-            const double value =
-                model == MigrationModel::polar_format ? between(phase, u / (1.0 + y) + u_middle) : phase[static_cast<std::size_t>(shifted)];
-            float real = 0.0f;
-            float imag = 0.0f;
-            signal::unit_phasor(-(1.0 + y) * value / two_pi, real, imag);
-            line(f) *= cfloat(scale * real, scale * imag);
+    constexpr std::ptrdiff_t rows = 8;  // whole cache lines of an image whose azimuth is contiguous
+    parallel_for(execution, "correct", (n + rows - 1) / rows, [&](std::int64_t b) {
+        const std::ptrdiff_t first = b * rows;
+        const std::ptrdiff_t count = std::min(rows, n - first);
+        Array<cfloat, 2> lines({count, (m + rows - 1) / rows * rows});  // every line aligned
+        for (std::ptrdiff_t j = 0; j < m; ++j)
+            for (std::ptrdiff_t r = 0; r < count; ++r) lines(r, j) = corrected(first + r, j);
+        for (std::ptrdiff_t r = 0; r < count; ++r) {
+            cfloat* line = &lines(r, 0);
+            const std::ptrdiff_t shifted = (first + r + middle) % n;
+            const double u = static_cast<double>(shifted) - u_middle;
+            forward.execute(line);
+            for (std::ptrdiff_t f = 0; f < m; ++f) {
+                const double y = bandwidth_ratio * static_cast<double>(f < (m + 1) / 2 ? f : f - m) / static_cast<double>(m);
+                const double value = model == MigrationModel::polar_format ? between(phase, u / (1.0 + y) + u_middle)
+                                                                           : phase[static_cast<std::size_t>(shifted)];
+                float real = 0.0f;
+                float imag = 0.0f;
+                signal::unit_phasor(-(1.0 + y) * value / two_pi, real, imag);
+                line[f] *= cfloat(scale * real, scale * imag);
+            }
+            inverse.execute(line);
         }
-        inverse.execute(line.data());
-        std::copy_n(line.data(), m, spectrum.data() + k * m);
+        for (std::ptrdiff_t j = 0; j < m; ++j)
+            for (std::ptrdiff_t r = 0; r < count; ++r) corrected(first + r, j) = lines(r, j);
     });
-    detail::transform_azimuth(spectrum.view(), fft::Direction::inverse, corrected, execution);
+    detail::transform_azimuth(corrected, fft::Direction::inverse, corrected, execution);
 }
 
 }  // namespace sarfocus::autofocus

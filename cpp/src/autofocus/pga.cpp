@@ -7,6 +7,7 @@
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 
+#include "pga_estimate.hpp"
 #include "point_engine.hpp"
 #include "spectrum_source.hpp"
 #include "strip_result.hpp"
@@ -31,9 +32,9 @@ void correct_azimuth_spectrum(const ImageView& image, const std::vector<double>&
     detail::correct_spectrum(image, phase, corrected, nullptr, nullptr, execution);
 }
 
-Result pga(const ImageView& image, MutableImageView corrected, const PointOptions& options) {
-    options.validate();
-    require_image(image, corrected);
+namespace detail {
+
+Result pga_estimate(const ImageView& image, const PointOptions& options) {
     if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
     bool empty = true;
     for (std::ptrdiff_t i = 0; i < image.extent(0) && empty; ++i)
@@ -41,13 +42,22 @@ Result pga(const ImageView& image, MutableImageView corrected, const PointOption
     if (empty) throw NumericalError("image: expected pixels other than zero, got all zero");
 
     constexpr std::ptrdiff_t share = 8;  // of the gates of an image with many
-    std::vector<std::ptrdiff_t> gates = detail::strong_gates(image, options.execution, share);
+    std::vector<std::ptrdiff_t> gates = strong_gates(image, options.execution, share);
     if (static_cast<std::ptrdiff_t>(gates.size()) == image.extent(1)) require_finite(image, "image", options.execution.threads);
-    detail::SpectrumSource source(image, std::move(gates), options.execution);
-    Result result = detail::estimate_from_points(source, options);
+    SpectrumSource source(image, std::move(gates), options.execution);
+    Result result = estimate_from_points(source, options);
     result.method = "pga";
     result.estimate = source.over_spectrum(result.estimate, 0.0);
     result.phase_std = source.over_spectrum(result.phase_std, std::numeric_limits<double>::quiet_NaN());
+    return result;
+}
+
+}  // namespace detail
+
+Result pga(const ImageView& image, MutableImageView corrected, const PointOptions& options) {
+    options.validate();
+    require_image(image, corrected);
+    Result result = detail::pga_estimate(image, options);
     if (result.input_returned()) {
         result.phase_error.assign(result.estimate.size(), 0.0);
         detail::copy_image(image, corrected, options.execution);

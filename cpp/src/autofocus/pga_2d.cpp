@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include <sarfocus/autofocus/pga.hpp>
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
@@ -18,6 +17,7 @@
 #include "bandwidth_ratio.hpp"
 #include "gate_layout.hpp"
 #include "image_evidence.hpp"
+#include "pga_estimate.hpp"
 #include "score.hpp"
 #include "spectrum_source.hpp"
 #include "stopwatch.hpp"
@@ -77,20 +77,22 @@ public:
         if (details.estimated && details.bandwidth_ratio != 0.0) refine_ratio(all);
         adopt(all);
         if (result_.points.empty()) return hand_back(corrected, Status::no_strong_points, "no strong point was found");
-        Array<cfloat, 2> after(image_.extents());
-        correct(all.phase, after.view());
+        // Where the image is corrected in its own memory, it must last until the verdict.
+        Array<cfloat, 2> kept = image_.data() == corrected.data() ? Array<cfloat, 2>(image_.extents()) : Array<cfloat, 2>();
+        const MutableImageView after = kept.empty() ? corrected : kept.view();
+        correct(all.phase, after);
         result_.status = all.settled ? Status::converged : Status::max_iterations;
         if (options_.points.do_no_harm) {
-            judge_on_halves(after.view());
+            judge_on_halves(after);
             if (!result_.score.improved) return hand_back(corrected, Status::not_improved, result_.score.reason);
         } else {
             result_.score.entropy_before = quality::entropy(image_, execution_);
-            result_.score.entropy_after = quality::entropy(after.view(), execution_);
+            result_.score.entropy_after = quality::entropy(after, execution_);
             result_.score.reason = "applied without judging, as asked";
         }
         result_.score.reason += said_of_migration();
         result_.phase_error = result_.estimate;
-        detail::copy_image(after.view(), corrected, execution_);
+        if (!kept.empty()) detail::copy_image(after, corrected, execution_);
         watch_.lap("copy");
     }
 
@@ -107,8 +109,7 @@ private:
     [[nodiscard]] Result estimate_in_band(const ImageView& image, std::ptrdiff_t division) {
         const Array<cfloat, 2> band = division > 1 ? range_band(image, division, execution_) : Array<cfloat, 2>();
         const ImageView source = division > 1 ? band.view() : image;
-        Array<cfloat, 2> unused(source.extents());
-        Result out = pga(source, unused.view(), estimate_options_);
+        Result out = detail::pga_estimate(source, estimate_options_);
         for (Round& round : out.rounds)
             if (division > 1) round.stage += " 1/" + std::to_string(division) + " of the range band";
         watch_.lap("estimate");
@@ -204,26 +205,36 @@ private:
         const detail::GateLayout layout(image_.extent(0), image_.extent(1));
         const detail::CellSize cell = detail::cell_size(image_, layout);
         const detail::Halves parts = halves(layout, cell);
-        std::array<Array<cfloat, 2>, 2> from;
-        for (const int half : {0, 1}) {
-            Array<cfloat, 2> own(image_.extents());
-            for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i)
-                for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j)
-                    if (parts.of(i, j) == half) own(i, j) = image_(i, j);
-            Array<cfloat, 2>& out = from[static_cast<std::size_t>(half)];
-            out = Array<cfloat, 2>(image_.extents());
-            const bool empty = std::all_of(own.begin(), own.end(), [](const cfloat& x) { return x == cfloat{}; });
-            correct(empty ? Phase(result_.estimate.size(), 0.0)
-                          : estimate(own.view(), result_.migration.bandwidth_ratio, options_.passes).phase,
-                    out.view());
-        }
         detail::EvidenceOptions how;
         how.first_bin = detail::SpectrumSource(image_, execution_).bin(0);
         how.neighbours = static_cast<std::ptrdiff_t>(std::ceil(result_.migration.gates));
         how.execution = execution_;
         const detail::Evidence evidence = detail::image_evidence(image_, after, layout, cell, how);
-        result_.score = detail::judge({image_, after, from[0].view(), from[1].view()}, parts, cell, evidence, execution_);
+        detail::TrialSums trial;
+        trial.entropy_before = quality::entropy(image_, execution_);
+        trial.entropy_after = quality::entropy(after, execution_);
+        if (!detail::judged_without_halves(trial, parts, evidence, result_.score)) {
+            for (const int half : {0, 1}) trial.before[static_cast<std::size_t>(half)] = detail::sums_of(image_, parts, half);
+            trial.held_out = {held_out(parts, 1, 0), held_out(parts, 0, 1)};
+            detail::judge_held_out(trial, cell, result_.score);
+        }
         watch_.lap("judge");
+    }
+
+    // Of one half of the scene, corrected by the phase that the pixels of the other give alone.
+    [[nodiscard]] detail::HalfSums held_out(const detail::Halves& parts, int from, int judged) {
+        Array<cfloat, 2> own(image_.extents());
+        bool empty = true;
+        for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i)
+            for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j)
+                if (parts.of(i, j) == from) {
+                    own(i, j) = image_(i, j);
+                    empty = empty && own(i, j) == cfloat{};
+                }
+        const Phase phase =
+            empty ? Phase(result_.estimate.size(), 0.0) : estimate(own.view(), result_.migration.bandwidth_ratio, options_.passes).phase;
+        correct(phase, own.view());
+        return detail::sums_of(own.view(), parts, judged);
     }
 
     [[nodiscard]] std::string said_of_migration() const {
@@ -268,7 +279,7 @@ Result pga_2d(const ImageView& image, MutableImageView corrected, const Pga2dOpt
     require_same_shape(corrected, "out", image, "image");
     require_finite(image, "image", options.points.execution.threads);
     if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
-    require_memory(6 * static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "six images of the scene");
+    require_memory(3 * static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "three images of the scene");
     Result result;
     result.method = "pga_2d";
     result.threads = resolve_threads(options.points.execution.threads);

@@ -41,8 +41,6 @@ double HalfSums::log_sharpness() const {
     return square > 0.0 ? std::log(square) - 2.0 * std::log(power) : 0.0;
 }
 
-namespace {
-
 HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
     HalfSums out;
     for (std::ptrdiff_t i = 0; i < image.extent(0); ++i)
@@ -52,6 +50,8 @@ HalfSums sums_of(const ImageView& image, const Halves& halves, int half) {
         }
     return out;
 }
+
+namespace {
 
 constexpr double sigmas = 3.0;
 

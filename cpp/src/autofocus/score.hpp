@@ -52,6 +52,9 @@ struct HalfSums {
     [[nodiscard]] double log_sharpness() const;
 };
 
+/// Of the pixels of one half of an image [source.shape()].
+[[nodiscard]] HalfSums sums_of(const ImageView& image, const Halves& halves, int half);
+
 /// The four images a decision needs, all [source.shape()].
 struct Trial {
     ImageView before;      ///< no correction

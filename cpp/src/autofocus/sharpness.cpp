@@ -77,13 +77,12 @@ public:
     }
 
 private:
-    // Points for the report; the verdict and the deviation where the halves are asked.
+    // Points for the report; the verdict and the deviation where the halves are asked. At most two images of the gates at a time.
     void weigh(const detail::PulseSet& pulses, const Phase& phase) {
         const detail::GateLayout layout(pulses.n_azimuth(), pulses.gates());
-        const Phase none(phase.size(), 0.0);
         Array<cfloat, 2> before(pulses.lines().extents());
         Array<cfloat, 2> after(pulses.lines().extents());
-        pulses.form(none, before, options_.execution);
+        pulses.form(Phase(phase.size(), 0.0), before, options_.execution);
         pulses.form(phase, after, options_.execution);
         const ImageView before_view = pulses.as_image(before);
         const ImageView after_view = pulses.as_image(after);
@@ -103,19 +102,19 @@ private:
         watch_.lap("weigh points");
         if (!options_.do_no_harm) return;
         const detail::Halves halves(layout, cell);
-        std::array<Phase, 2> own;
-        std::array<Array<cfloat, 2>, 2> from;
+        detail::TrialSums trial;
+        trial.entropy_before = quality::entropy(before_view, options_.execution);
+        trial.entropy_after = quality::entropy(after_view, options_.execution);
+        trial.before = {detail::sums_of(before_view, halves, 0), detail::sums_of(before_view, halves, 1)};
+        const detail::Evidence reversed = detail::image_evidence(after_view, before_view, layout, cell, how);
+        before = {};
+        const std::array<Phase, 2> own = {estimate_half(pulses, halves, 0), estimate_half(pulses, halves, 1)};
         for (const int half : {0, 1}) {
-            const auto h = static_cast<std::size_t>(half);
-            own[h] = estimate_half(pulses, halves, half);
-            from[h] = Array<cfloat, 2>(pulses.lines().extents());
-            pulses.form(own[h], from[h], options_.execution);
+            pulses.form(own[static_cast<std::size_t>(1 - half)], after, options_.execution);
+            trial.held_out[static_cast<std::size_t>(half)] = detail::sums_of(after_view, halves, half);
         }
-        const ImageView first = pulses.as_image(from[0]);
-        const ImageView second = pulses.as_image(from[1]);
-        result_.score = detail::judge({before_view, after_view, first, second}, halves, cell, evidence, options_.execution);
-        if (result_.score.improved)
-            refuse_losses(detail::image_evidence(after_view, before_view, layout, cell, how), aperture / cell.azimuth, pulses.n_gate());
+        if (!detail::judged_without_halves(trial, halves, evidence, result_.score)) detail::judge_held_out(trial, cell, result_.score);
+        if (result_.score.improved) refuse_losses(reversed, aperture / cell.azimuth, pulses.n_gate());
         if (!detail::one_sided(halves, evidence)) result_.phase_std = pulses.over_azimuth(deviation(own[0], own[1]), unknown);
         watch_.lap("judge");
     }

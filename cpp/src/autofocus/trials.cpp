@@ -115,8 +115,11 @@ HeldOutScores score_held_out(const Subject& subject, const std::vector<const Met
     const PlaceRule rule = place_rule(subject, cell);
     const double centre = band_centre(subject);
     const std::array<Part, 2> parts = {Part(subject, stripes.gates[0], execution), Part(subject, stripes.gates[1], execution)};
-    std::array<Array<cfloat, 2>, 2> scratch = {Array<cfloat, 2>(parts[0].subject().image.extents()),
-                                               Array<cfloat, 2>(parts[1].subject().image.extents())};
+    const auto most = std::max(stripes.gates[0].size(), stripes.gates[1].size());
+    Array<cfloat, 2> memory({subject.image.extent(0), static_cast<std::ptrdiff_t>(most)});
+    const auto scratch = [&](std::size_t part) {
+        return MutableImageView(memory.data(), parts[part].subject().image.extents(), {memory.extent(1), 1});
+    };
     std::array<Judged, 2> sets = {Judged(parts[0].subject(), stripes.gates[0], stripes.inner[0], rule, centre, execution),
                                   Judged(parts[1].subject(), stripes.gates[1], stripes.inner[1], rule, centre, execution)};
     std::vector<Phases> phases(out.methods.size());
@@ -125,9 +128,9 @@ HeldOutScores score_held_out(const Subject& subject, const std::vector<const Met
         const auto start = std::chrono::steady_clock::now();
         for (const std::size_t from : {0U, 1U}) {
             auto& phase = phases[m][from];
-            phase = phase_from(parts[from].subject(), scored, scratch[from].view(), execution);
+            phase = phase_from(parts[from].subject(), scored, scratch(from), execution);
             if (!phase) break;
-            sets[1 - from].show(*phase, scratch[1 - from].view());
+            sets[1 - from].show(*phase, scratch(1 - from));
         }
         scored.trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
