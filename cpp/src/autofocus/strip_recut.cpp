@@ -42,7 +42,9 @@ StripPhase first_phase(const Apertures& apertures, const Stitching& stitching, c
     out.segment = stitching.segment;
     out.information.assign(at(apertures.size()), 1.0);
     go_on_as_lines(out.phase, segment_spans(apertures, stitching.segment, stitching.segments));
-    (void)apply_gauge(apertures, SpgaLinearOptions{}, out);
+    SpgaLinearOptions gauge;
+    gauge.execution = execution;
+    (void)apply_gauge(apertures, gauge, out);
     return out;
 }
 
