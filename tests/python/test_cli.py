@@ -131,8 +131,8 @@ def test_info_predicts_every_method_that_fits(run, recorded, formed):
 
 
 def test_info_warns_of_memory_that_is_not_free(run, formed, monkeypatch):
-    monkeypatch.setattr("sarfocus.cost.available_memory", lambda: 1 << 20)
-    monkeypatch.setattr("sarfocus.cli.forecast.available_memory", lambda: 1 << 20)
+    monkeypatch.setattr("sarfocus.cost.available_memory", lambda: 1 << 10)
+    monkeypatch.setattr("sarfocus.cli.forecast.available_memory", lambda: 1 << 10)
     assert "GiB that are free" in run("info", formed)[1]
     assert not any(row["fits"] for row in json.loads(run("info", formed, "--json")[1])["costs"])
 
@@ -362,7 +362,8 @@ def test_interrupt_stops_within_a_second(recorded, tmp_path):
     assert waited < 1.0
     assert process.returncode == 130
     assert out == ""
-    assert err == "sarfocus: interrupted\n"
+    assert err.splitlines()[-1] == "sarfocus: interrupted"  # before it, on a slow machine, what the run was to take
+    assert "Traceback" not in err
     assert not (tmp_path / "x.npz").exists()
 
 

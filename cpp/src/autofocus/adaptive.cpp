@@ -8,7 +8,6 @@
 #include <utility>
 
 #include <sarfocus/autofocus/pga_2d.hpp>
-#include <sarfocus/autofocus/sharpness.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 #include <sarfocus/detect/local_maxima.hpp>
@@ -19,6 +18,7 @@
 #include "gate_layout.hpp"
 #include "held_out.hpp"
 #include "point_engine.hpp"
+#include "sharpness_estimate.hpp"
 #include "spectrum_source.hpp"
 #include "stopwatch.hpp"
 #include "strip_lines.hpp"
@@ -100,6 +100,12 @@ void correct(const ImageView& image, const MutableImageView& corrected, double b
     result.score.entropy_after = quality::entropy(corrected, execution);
 }
 
+// Of the classic method, whose points grow with the length: a history is as long as the image, and those of a square one fit in half of it.
+std::size_t most_points(const ImageView& image) {
+    constexpr std::ptrdiff_t enough = 512;
+    return static_cast<std::size_t>(std::max(enough, image.extent(1) / 2));
+}
+
 // What comes of an image: the estimate applied, or the image as it is.
 void apply(const ImageView& image, const MutableImageView& corrected, double bandwidth_ratio, const Execution& execution, Result& result) {
     result.phase_error.assign(result.estimate.size(), 0.0);
@@ -156,8 +162,7 @@ Result from_entropy(const ImageView& image, const AdaptiveOptions& options) {
     SharpnessOptions sharpness;
     sharpness.do_no_harm = options.do_no_harm;
     sharpness.execution = options.execution;
-    Array<cfloat, 2> unused(image.extents());
-    Result out = minimum_entropy(image, unused.view(), sharpness);
+    Result out = detail::minimum_entropy_estimate(image, sharpness);
     out.score.reason = "by least entropy, since the points left the phase open: " + out.score.reason;
     return out;
 }
@@ -298,7 +303,7 @@ Result conventional_pga(const ImageView& image, MutableImageView corrected, cons
     detail::require_not_zero(scan);
     const std::vector<SubAperture> parts = sub_apertures(image.extent(0), length);
     clock.lap("scan");
-    Result result = from_windows(image, scan, parts, std::numeric_limits<std::size_t>::max(), options);
+    Result result = from_windows(image, scan, parts, most_points(image), options);
     result.method = "conventional_pga";
     detail::describe(detail::select_fixed(scan, options.k), {}, parts, 0.0, result);
     result.timings.insert(result.timings.begin(), timings.begin(), timings.end());

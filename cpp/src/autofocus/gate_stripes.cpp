@@ -14,7 +14,7 @@ namespace {
 constexpr double cells_per_stripe = 24.0;  // several times the response of a point with its first side lobes
 constexpr double cells_of_margin = 4.0;    // on either side of a border: side lobes in range tell the other set of a point
 constexpr double fewest_cells = 16.0;      // below that, margins would leave nothing
-constexpr std::ptrdiff_t all_of = 512;     // gates of an image that is scored as a whole
+constexpr std::ptrdiff_t enough = 512;     // gates to score by, of an image with more
 
 std::vector<double> strengths(const ImageView& image, const std::vector<std::ptrdiff_t>& edges, const Execution& execution) {
     std::vector<double> out(edges.size() - 1, 0.0);
@@ -35,11 +35,12 @@ std::vector<std::ptrdiff_t> chosen_pairs(const ImageView& image, const std::vect
     const auto count = static_cast<std::ptrdiff_t>(edges.size() - 1) / 2;
     std::vector<std::ptrdiff_t> pairs(at(count));
     std::iota(pairs.begin(), pairs.end(), std::ptrdiff_t{0});
-    if (image.extent(1) <= all_of) return pairs;
+    if (image.extent(1) <= enough) return pairs;
     const std::vector<double> strength = strengths(image, edges, execution);
     const auto of_pair = [&](std::ptrdiff_t p) { return strength[at(2 * p)] + strength[at(2 * p + 1)]; };
     std::stable_sort(pairs.begin(), pairs.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return of_pair(a) > of_pair(b); });
-    pairs.resize(at(std::max<std::ptrdiff_t>(count / 2, 1)));
+    const std::ptrdiff_t gates = std::max(enough, image.extent(1) / 4);
+    pairs.resize(at(std::max<std::ptrdiff_t>(count * gates / image.extent(1), 1)));
     std::sort(pairs.begin(), pairs.end());
     return pairs;
 }
@@ -73,15 +74,19 @@ Part::Part(const Subject& whole, const std::vector<std::ptrdiff_t>& gates, const
     require_memory(static_cast<std::uint64_t>(extents[0]) * static_cast<std::uint64_t>(extents[1]) * sizeof(cfloat),
                    "a part of the image, to score methods by");
     pixels_ = Array<cfloat, 2>(extents);
-    constexpr std::ptrdiff_t rows = 64;
-    parallel_for(execution, "part", (extents[0] + rows - 1) / rows, [&](std::int64_t b) {
-        for (std::ptrdiff_t i = b * rows; i < std::min((b + 1) * rows, extents[0]); ++i)
-            for (std::ptrdiff_t j = 0; j < extents[1]; ++j) pixels_(i, j) = whole.image(i, gates[at(j)]);
-    });
+    load(whole.image, gates, execution);
     if (!strip_) return;
     geometry_ = *whole.geometry;
     geometry_.slant_range.clear();
     for (const std::ptrdiff_t g : gates) geometry_.slant_range.push_back(whole.geometry->slant_range[at(g)]);
+}
+
+void Part::load(const ImageView& whole, const std::vector<std::ptrdiff_t>& gates, const Execution& execution) {
+    constexpr std::ptrdiff_t rows = 64;
+    parallel_for(execution, "part", (pixels_.extent(0) + rows - 1) / rows, [&](std::int64_t b) {
+        for (std::ptrdiff_t i = b * rows; i < std::min((b + 1) * rows, pixels_.extent(0)); ++i)
+            for (std::ptrdiff_t j = 0; j < pixels_.extent(1); ++j) pixels_(i, j) = whole(i, gates[at(j)]);
+    });
 }
 
 }  // namespace sarfocus::autofocus::detail

@@ -20,7 +20,8 @@ struct GateStripes {
 };
 
 /// Stripes of 24 resolution cells or a little more, two at least. Of an image with more than 512 gates, neighbouring pairs of stripes with
-/// the largest sums of squared intensity, together half of the gates. Empty sets where the image has fewer than 16 resolution cells.
+/// the largest sums of squared intensity, together 512 or a quarter of the gates. Empty sets where the image has fewer than 16 resolution
+/// cells.
 [[nodiscard]] GateStripes stripes_of(const ImageView& image, const CellSize& cell, const Execution& execution);
 
 /// Chosen gates of an image in memory of their own, with the geometry of just these.
@@ -30,6 +31,10 @@ public:
     Part(const Subject& whole, const std::vector<std::ptrdiff_t>& gates, const Execution& execution);
 
     [[nodiscard]] Subject subject() const { return {pixels_.view(), strip_ ? &geometry_ : nullptr}; }
+    /// The same pixels, to be written over.
+    [[nodiscard]] MutableImageView pixels() { return pixels_.view(); }
+    /// What they were at first. gates: as given to the constructor.
+    void load(const ImageView& whole, const std::vector<std::ptrdiff_t>& gates, const Execution& execution);
 
 private:
     Array<cfloat, 2> pixels_;

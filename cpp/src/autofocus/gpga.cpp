@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <complex>
+#include <memory>
+#include <vector>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
 
+#include "picture.hpp"
 #include "point_engine.hpp"
 #include "point_source.hpp"
 
@@ -19,8 +22,9 @@ using geometry::PhaseCentres;
 
 class PhaseHistorySource : public detail::PointSource {
 public:
-    PhaseHistorySource(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid)
-        : profiles_(profiles), centres_(centres), grid_(grid), corrected_({profiles.data.extent(0), profiles.data.extent(1)}) {}
+    /// image: memory for what is looked at, [grid.shape].
+    PhaseHistorySource(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, MutableImageView image)
+        : profiles_(profiles), centres_(centres), grid_(grid), image_(image) {}
 
     [[nodiscard]] std::ptrdiff_t n_pulse() const override { return profiles_.data.extent(0); }
     [[nodiscard]] std::array<std::ptrdiff_t, 2> shape() const override { return grid_.shape(); }
@@ -29,17 +33,18 @@ public:
     [[nodiscard]] bool is_list() const override { return grid_.kind() == ImageGrid::Kind::points && grid_.shape()[1] == 1; }
 
     [[nodiscard]] double sum_scale() const override { return 1.0; }
+    [[nodiscard]] std::size_t points_at_once() const override { return 256; }  // for which every profile is made ready once
 
     void form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) override {
-        for (std::ptrdiff_t p = 0; p < n_pulse(); ++p) {
-            const cfloat rotation(std::polar(1.0, -phase[static_cast<std::size_t>(p)]));
-            for (std::ptrdiff_t i = 0; i < corrected_.extent(1); ++i) corrected_(p, i) = profiles_.data(p, i) * rotation;
-        }
-        RangeProfiles turned = profiles_;
-        turned.data = corrected_.view();
+        std::vector<cfloat> factors;
+        for (const double p : phase) factors.emplace_back(std::polar(1.0, -p));
         focus::BackprojectOptions options;
         options.execution = execution;
-        focus::backproject(turned, centres_, grid_, image, options);
+        focus::backproject_turned(profiles_, centres_, grid_, factors, image, options);
+    }
+
+    [[nodiscard]] std::unique_ptr<detail::Picture> picture(const detail::PictureRequest& /*request*/, const Execution& execution) override {
+        return std::make_unique<detail::WholePicture>(*this, image_, execution);
     }
 
     void histories(const std::vector<detail::Pixel>& points, MutableImageView histories, const Execution& execution) override {
@@ -57,7 +62,7 @@ private:
     const RangeProfiles& profiles_;
     const PhaseCentres& centres_;
     const ImageGrid& grid_;
-    Array<cfloat, 2> corrected_;
+    MutableImageView image_;
 };
 
 }  // namespace
@@ -70,12 +75,10 @@ Result gpga(const RangeProfiles& profiles, const PhaseCentres& centres, const Im
     if (image.extents() != grid.shape())
         throw ShapeError("image", "the shape of the grid " + shape_text(grid.shape()), shape_text(image.extents()));
     if (profiles.data.extent(0) < 8) throw ShapeError("data", "at least 8 pulses", shape_text(profiles.data.extents()));
-    const auto pixels = static_cast<std::uint64_t>(grid.size());
-    const auto samples = static_cast<std::uint64_t>(profiles.data.size());
     const auto lines = static_cast<std::uint64_t>(options.fine_points) * static_cast<std::uint64_t>(profiles.data.extent(0));
-    require_memory((4 * pixels + samples + 3 * lines) * sizeof(cfloat), "gpga");
+    require_memory(lines * sizeof(cfloat), "gpga");
 
-    PhaseHistorySource source(profiles, centres, grid);
+    PhaseHistorySource source(profiles, centres, grid, image);
     Result result = detail::estimate_from_points(source, options);
     result.method = "gpga";
     result.phase_error = result.input_returned() ? std::vector<double>(result.estimate.size(), 0.0) : result.estimate;

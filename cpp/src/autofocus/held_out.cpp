@@ -78,8 +78,8 @@ PlaceRule place_rule(const Subject& subject, const CellSize& cell) {
     return out;
 }
 
-Brightest::Brightest(const ImageView& first) : power_(first.extents()) {
-    add(first, {});
+Brightest::Brightest(const ImageView& first, const Execution& execution) : power_(first.extents()) {
+    add(first, execution);
     background_ = speckle_power(power_);
 }
 
@@ -166,7 +166,7 @@ PlaceMeasures measure_without(const Subject& subject, const std::vector<double>&
 
 std::string objection_of_points(const Subject& subject, const ImageView& corrected, const PlaceRule& rule, double centre,
                                 const Execution& execution) {
-    Brightest brightest(subject.image);
+    Brightest brightest(subject.image, execution);
     brightest.add(corrected, execution);
     std::vector<std::ptrdiff_t> gates(at(corrected.extent(1)));
     std::iota(gates.begin(), gates.end(), std::ptrdiff_t{0});

@@ -31,7 +31,7 @@ struct PlaceRule {
 /// The largest power that any of several images has at a pixel: choosing strong points in it favours none of them.
 class Brightest {
 public:
-    explicit Brightest(const ImageView& first);
+    Brightest(const ImageView& first, const Execution& execution);
     void add(const ImageView& image, const Execution& execution);
 
     /// Places that stand out of speckle as bright as `first` has between its points, strongest first; nothing that may be another's side

@@ -19,9 +19,9 @@ public:
         : n_(n), first_(first_bin), forward_(n, fft::Direction::forward), inverse_(upsample * n, fft::Direction::inverse) {}
 
     // Highest within `reach` samples of `centre`, circular; a parabola between the finer samples.
-    [[nodiscard]] double peak(const ImageView& image, std::ptrdiff_t column, double centre, std::ptrdiff_t reach) const {
+    [[nodiscard]] double peak(const ColumnWriter& image, std::ptrdiff_t column, double centre, std::ptrdiff_t reach) const {
         Array<cfloat, 1> line({n_});
-        for (std::ptrdiff_t i = 0; i < n_; ++i) line(i) = image(i, column);
+        image(column, line.data());
         forward_.execute(line.data());
         const std::ptrdiff_t length = upsample * n_;
         Array<cfloat, 1> fine({length});
@@ -45,6 +45,12 @@ private:
     fft::Plan<float> inverse_;
 };
 
+ColumnWriter columns_of(const ImageView& image) {
+    return [image](std::ptrdiff_t column, cfloat* line) {
+        for (std::ptrdiff_t i = 0; i < image.extent(0); ++i) line[i] = image(i, column);
+    };
+}
+
 double energy(const ImageView& image, std::ptrdiff_t column, double centre, std::ptrdiff_t window) {
     const auto middle = static_cast<std::ptrdiff_t>(std::lround(centre));
     const std::ptrdiff_t begin = window > 0 ? std::max<std::ptrdiff_t>(middle - window, 0) : 0;
@@ -58,6 +64,11 @@ double energy(const ImageView& image, std::ptrdiff_t column, double centre, std:
 
 Evidence image_evidence(const ImageView& before, const ImageView& after, const PixelLayout& layout, const CellSize& cell,
                         const EvidenceOptions& options) {
+    return image_evidence(columns_of(before), after, layout, cell, options);
+}
+
+Evidence image_evidence(const ColumnWriter& before, const ImageView& after, const PixelLayout& layout, const CellSize& cell,
+                        const EvidenceOptions& options) {
     constexpr int count = 100;
     constexpr double separation = 6.5;      // cells, as in the coarse rounds of pga
     constexpr double most_coherent = 0.95;  // measured points are never ideal: PointOptions::fine_noise_floor
@@ -68,12 +79,13 @@ Evidence image_evidence(const ImageView& before, const ImageView& after, const P
     out.coherence.resize(out.points.size());
     out.gain_db.resize(out.points.size());
     const FinePower fine(n, options.first_bin);
+    const ColumnWriter afterwards = columns_of(after);
     const std::ptrdiff_t reach = std::max<std::ptrdiff_t>(n / 8, 1);
     parallel_for(options.execution, "points", static_cast<std::int64_t>(out.points.size()), [&](std::int64_t i) {
         const auto p = static_cast<std::size_t>(i);
         const double centre = out.points[p].azimuth;
         const std::ptrdiff_t column = std::lround(out.points[p].column);
-        const double peak = fine.peak(after, column, centre, 1);
+        const double peak = fine.peak(afterwards, column, centre, 1);
         double earlier = 0.0;
         for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - options.neighbours, 0);
              c <= std::min(column + options.neighbours, after.extent(1) - 1); ++c)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 
 #include <sarfocus/core/array_view.hpp>
 #include <sarfocus/core/execution.hpp>
@@ -18,8 +19,13 @@ struct EvidenceOptions {
     Execution execution;
 };
 
+/// Writes a column of an image, n_azimuth samples, aligned; from several threads at once.
+using ColumnWriter = std::function<void(std::ptrdiff_t column, cfloat* line)>;
+
 /// What the strong points of two images of the same scene tell of the correction between them, for methods that estimate without points.
 /// A history's coherence is the peak's power over the energy of its gate, both after the correction.
+[[nodiscard]] Evidence image_evidence(const ColumnWriter& before, const ImageView& after, const PixelLayout& layout, const CellSize& cell,
+                                      const EvidenceOptions& options);
 [[nodiscard]] Evidence image_evidence(const ImageView& before, const ImageView& after, const PixelLayout& layout, const CellSize& cell,
                                       const EvidenceOptions& options);
 

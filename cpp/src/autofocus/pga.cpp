@@ -34,7 +34,7 @@ void correct_azimuth_spectrum(const ImageView& image, const std::vector<double>&
 
 namespace detail {
 
-Result pga_estimate(const ImageView& image, const PointOptions& options) {
+Result pga_estimate(const ImageView& image, const PointOptions& options, Array<cfloat, 2> spent) {
     if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
     bool empty = true;
     for (std::ptrdiff_t i = 0; i < image.extent(0) && empty; ++i)
@@ -45,6 +45,7 @@ Result pga_estimate(const ImageView& image, const PointOptions& options) {
     std::vector<std::ptrdiff_t> gates = strong_gates(image, options.execution, share);
     if (static_cast<std::ptrdiff_t>(gates.size()) == image.extent(1)) require_finite(image, "image", options.execution.threads);
     SpectrumSource source(image, std::move(gates), options.execution);
+    spent = {};
     Result result = estimate_from_points(source, options);
     result.method = "pga";
     result.estimate = source.over_spectrum(result.estimate, 0.0);

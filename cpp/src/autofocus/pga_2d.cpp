@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
@@ -73,32 +74,57 @@ public:
         details.model = options_.model == MigrationModel::polar_format ? "polar_format" : "range_doppler";
         details.estimated = std::isnan(options_.bandwidth_ratio);
         details.bandwidth_ratio = details.estimated ? first_ratio() : options_.bandwidth_ratio;
-        Estimate all = estimate(image_, details.bandwidth_ratio, options_.passes);
+        // Where the image is corrected in its own memory, it must last until the verdict.
+        Array<cfloat, 2> kept = image_.data() == corrected.data() ? Array<cfloat, 2>(image_.extents()) : Array<cfloat, 2>();
+        scratch_ = kept.empty() ? corrected : kept.view();
+        Estimate all = estimate({}, options_.passes);
         if (details.estimated && details.bandwidth_ratio != 0.0) refine_ratio(all);
         adopt(all);
         if (result_.points.empty()) return hand_back(corrected, Status::no_strong_points, "no strong point was found");
-        // Where the image is corrected in its own memory, it must last until the verdict.
-        Array<cfloat, 2> kept = image_.data() == corrected.data() ? Array<cfloat, 2>(image_.extents()) : Array<cfloat, 2>();
-        const MutableImageView after = kept.empty() ? corrected : kept.view();
-        correct(all.phase, after);
         result_.status = all.settled ? Status::converged : Status::max_iterations;
+        correct({}, all.phase);
         if (options_.points.do_no_harm) {
-            judge_on_halves(after);
+            if (judge_on_halves()) correct({}, all.phase);
             if (!result_.score.improved) return hand_back(corrected, Status::not_improved, result_.score.reason);
         } else {
             result_.score.entropy_before = quality::entropy(image_, execution_);
-            result_.score.entropy_after = quality::entropy(after, execution_);
+            result_.score.entropy_after = quality::entropy(scratch_, execution_);
             result_.score.reason = "applied without judging, as asked";
         }
         result_.score.reason += said_of_migration();
         result_.phase_error = result_.estimate;
-        if (!kept.empty()) detail::copy_image(after, corrected, execution_);
+        if (!kept.empty()) detail::copy_image(scratch_, corrected, execution_);
         watch_.lap("copy");
     }
 
 private:
-    void correct(const Phase& phase, const MutableImageView& out) {
-        correct_two_dimensional(image_, phase, result_.migration.bandwidth_ratio, options_.model, out, execution_);
+    // The pixels that an estimate is made from, or that are judged: all, or those of one half of the scene.
+    struct Pixels {
+        const detail::Halves* halves = nullptr;
+        int half = 0;
+    };
+
+    // To the scratch image, the others zero. False where all of them are zero.
+    bool copy(const Pixels& pixels) {
+        if (pixels.halves == nullptr) {
+            detail::copy_image(image_, scratch_, execution_);
+            return true;
+        }
+        std::vector<char> any(static_cast<std::size_t>(image_.extent(1)), 0);
+        parallel_for(execution_, "half", image_.extent(1), [&](std::int64_t j) {
+            for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i) {
+                scratch_(i, j) = pixels.halves->of(i, j) == pixels.half ? image_(i, j) : cfloat{};
+                if (scratch_(i, j) != cfloat{}) any[static_cast<std::size_t>(j)] = 1;
+            }
+        });
+        return std::any_of(any.begin(), any.end(), [](char c) { return c != 0; });
+    }
+
+    // These pixels with the phase taken out, in the scratch image.
+    void correct(const Pixels& pixels, const Phase& phase) {
+        if (pixels.halves != nullptr) copy(pixels);
+        correct_two_dimensional(pixels.halves != nullptr ? ImageView(scratch_) : image_, phase, result_.migration.bandwidth_ratio,
+                                options_.model, scratch_, execution_);
         watch_.lap("correct");
     }
 
@@ -107,9 +133,9 @@ private:
     }
 
     [[nodiscard]] Result estimate_in_band(const ImageView& image, std::ptrdiff_t division) {
-        const Array<cfloat, 2> band = division > 1 ? range_band(image, division, execution_) : Array<cfloat, 2>();
-        const ImageView source = division > 1 ? band.view() : image;
-        Result out = detail::pga_estimate(source, estimate_options_);
+        Array<cfloat, 2> band = division > 1 ? range_band(image, division, execution_) : Array<cfloat, 2>();
+        const ImageView source = division > 1 ? std::as_const(band).view() : image;
+        Result out = detail::pga_estimate(source, estimate_options_, std::move(band));
         for (Round& round : out.rounds)
             if (division > 1) round.stage += " 1/" + std::to_string(division) + " of the range band";
         watch_.lap("estimate");
@@ -130,18 +156,16 @@ private:
         return out;
     }
 
-    [[nodiscard]] Estimate estimate(const ImageView& image, double ratio, int passes, const Phase& start = {}) {
+    [[nodiscard]] Estimate estimate(const Pixels& pixels, int passes, const Phase& start = {}) {
+        const double ratio = result_.migration.bandwidth_ratio;
         Estimate out;
-        out.phase = start.empty() ? Phase(static_cast<std::size_t>(image.extent(0)), 0.0) : start;
-        Array<cfloat, 2> current;
+        out.phase = start.empty() ? Phase(static_cast<std::size_t>(image_.extent(0)), 0.0) : start;
+        const bool everywhere = pixels.halves == nullptr;
+        if (!everywhere && start.empty() && !copy(pixels)) return out;
         for (int pass = 0; pass < passes && !out.settled; ++pass) {
             const bool corrected = pass > 0 || !start.empty();
-            if (corrected) {
-                current = Array<cfloat, 2>(image.extents());
-                correct_two_dimensional(image, out.phase, ratio, options_.model, current.view(), execution_);
-                watch_.lap("correct");
-            }
-            out.last = estimate_once(corrected ? ImageView(current.view()) : image, ratio);
+            if (corrected) correct(pixels, out.phase);
+            out.last = estimate_once(corrected || !everywhere ? ImageView(scratch_) : image_, ratio);
             if (out.last.points.empty()) return out;
             double square = 0.0;
             for (std::size_t k = 0; k < out.phase.size(); ++k) {
@@ -179,7 +203,7 @@ private:
         result_.migration.gain = again.gain;
         result_.migration.noise = again.noise;
         result_.migration.bandwidth_ratio = again.ratio;
-        Estimate more = estimate(image_, again.ratio, 1, again.ratio != 0.0 ? all.phase : Phase{});
+        Estimate more = estimate({}, 1, again.ratio != 0.0 ? all.phase : Phase{});
         more.passes += all.passes;
         more.rounds.insert(more.rounds.begin(), all.rounds.begin(), all.rounds.end());
         all = std::move(more);
@@ -201,7 +225,8 @@ private:
         return {layout, {cell.azimuth, stripe / 4.0}};
     }
 
-    void judge_on_halves(const ImageView& after) {
+    // The corrected image is in the scratch image. True where something else is there afterwards.
+    bool judge_on_halves() {
         const detail::GateLayout layout(image_.extent(0), image_.extent(1));
         const detail::CellSize cell = detail::cell_size(image_, layout);
         const detail::Halves parts = halves(layout, cell);
@@ -209,32 +234,25 @@ private:
         how.first_bin = detail::SpectrumSource(image_, execution_).bin(0);
         how.neighbours = static_cast<std::ptrdiff_t>(std::ceil(result_.migration.gates));
         how.execution = execution_;
-        const detail::Evidence evidence = detail::image_evidence(image_, after, layout, cell, how);
+        const detail::Evidence evidence = detail::image_evidence(image_, scratch_, layout, cell, how);
         detail::TrialSums trial;
         trial.entropy_before = quality::entropy(image_, execution_);
-        trial.entropy_after = quality::entropy(after, execution_);
-        if (!detail::judged_without_halves(trial, parts, evidence, result_.score)) {
+        trial.entropy_after = quality::entropy(scratch_, execution_);
+        const bool decided = detail::judged_without_halves(trial, parts, evidence, result_.score);
+        if (!decided) {
             for (const int half : {0, 1}) trial.before[static_cast<std::size_t>(half)] = detail::sums_of(image_, parts, half);
-            trial.held_out = {held_out(parts, 1, 0), held_out(parts, 0, 1)};
+            trial.held_out = {held_out({&parts, 1}, 0), held_out({&parts, 0}, 1)};
             detail::judge_held_out(trial, cell, result_.score);
         }
         watch_.lap("judge");
+        return !decided;
     }
 
     // Of one half of the scene, corrected by the phase that the pixels of the other give alone.
-    [[nodiscard]] detail::HalfSums held_out(const detail::Halves& parts, int from, int judged) {
-        Array<cfloat, 2> own(image_.extents());
-        bool empty = true;
-        for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i)
-            for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j)
-                if (parts.of(i, j) == from) {
-                    own(i, j) = image_(i, j);
-                    empty = empty && own(i, j) == cfloat{};
-                }
-        const Phase phase =
-            empty ? Phase(result_.estimate.size(), 0.0) : estimate(own.view(), result_.migration.bandwidth_ratio, options_.passes).phase;
-        correct(phase, own.view());
-        return detail::sums_of(own.view(), parts, judged);
+    [[nodiscard]] detail::HalfSums held_out(const Pixels& from, int judged) {
+        const Phase phase = estimate(from, options_.passes).phase;
+        correct({}, phase);
+        return detail::sums_of(scratch_, *from.halves, judged);
     }
 
     [[nodiscard]] std::string said_of_migration() const {
@@ -256,6 +274,7 @@ private:
     }
 
     ImageView image_;
+    MutableImageView scratch_;  // the corrected image's memory as a rule
     const Pga2dOptions& options_;
     const Execution& execution_;
     Result& result_;
@@ -279,7 +298,8 @@ Result pga_2d(const ImageView& image, MutableImageView corrected, const Pga2dOpt
     require_same_shape(corrected, "out", image, "image");
     require_finite(image, "image", options.points.execution.threads);
     if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
-    require_memory(3 * static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "three images of the scene");
+    const std::uint64_t images = image.data() == corrected.data() ? 2 : 1;
+    require_memory(images * static_cast<std::uint64_t>(image.size()) * sizeof(cfloat), "pga_2d");
     Result result;
     result.method = "pga_2d";
     result.threads = resolve_threads(options.points.execution.threads);

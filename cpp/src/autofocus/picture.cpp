@@ -21,28 +21,27 @@ std::unique_ptr<Picture> PointSource::picture(const PictureRequest& /*request*/,
     return std::make_unique<WholePicture>(*this, execution);
 }
 
+WholePicture::WholePicture(PointSource& source, MutableImageView image, const Execution& execution)
+    : source_(source), execution_(execution), image_(image) {}
+
 WholePicture::WholePicture(PointSource& source, const Execution& execution)
-    : source_(source), execution_(execution), image_({source.shape()[0], source.shape()[1]}) {}
+    : source_(source), execution_(execution), memory_({source.shape()[0], source.shape()[1]}), image_(memory_.view()) {}
 
 void WholePicture::focus(const std::vector<double>& phase, const Look& /*look*/) {
-    source_.form(phase, image_.view(), execution_);
+    source_.form(phase, image_, execution_);
 }
 
-void WholePicture::split(const Halves& halves) {
-    for (const int half : {0, 1}) masks_[at(half)] = halves.mask(half);
-}
-
-ArrayView<const bool, 2> WholePicture::wanted(Portion part) const {
-    return part == Portion::everywhere ? ArrayView<const bool, 2>{} : masks_[static_cast<std::size_t>(part)].view();
+Array<bool, 2> WholePicture::wanted(Portion part) const {
+    return part == Portion::everywhere ? Array<bool, 2>() : halves_->mask(static_cast<int>(part));
 }
 
 std::vector<Pixel> WholePicture::strongest(int count, const CellSize& separation, Portion part) const {
-    return strongest_points(image_.view(), source_, count, separation, wanted(part), execution_);
+    return strongest_points(image_, source_, count, separation, wanted(part).view(), execution_);
 }
 
 std::vector<Pixel> WholePicture::strongest_of(const PartColumns& parts, const CellSize& separation, Portion part) const {
-    const ImageView image = image_.view();
-    const ArrayView<const bool, 2> own = wanted(part);
+    const ImageView image = image_;
+    const Array<bool, 2> own = wanted(part);
     const std::ptrdiff_t n_column = image.extent(1);
     std::vector<std::vector<detect::Point>> found(parts.parts.size());
     parallel_for(execution_, "choose points", static_cast<std::int64_t>(parts.parts.size()), [&](std::int64_t s) {
@@ -53,7 +52,7 @@ std::vector<Pixel> WholePicture::strongest_of(const PartColumns& parts, const Ce
             for (const std::ptrdiff_t c : parts.columns[at(s)]) {
                 const cfloat value = image(i, c);
                 const float intensity = value.real() * value.real() + value.imag() * value.imag();
-                if (!(intensity > best[at(c)]) || (own.data() != nullptr && !own(i, c))) continue;
+                if (!(intensity > best[at(c)]) || (!own.empty() && !own(i, c))) continue;
                 best[at(c)] = intensity;
                 line[at(c)] = i;
             }
@@ -71,21 +70,21 @@ double WholePicture::background() const {
     constexpr std::ptrdiff_t at_most = 65536;
     const std::ptrdiff_t step = std::max<std::ptrdiff_t>(image_.size() / at_most, 1);
     std::vector<double> powers;
-    for (std::ptrdiff_t k = 0; k < image_.size(); k += step) powers.push_back(std::norm(cdouble(image_.data()[k])));
+    for (std::ptrdiff_t k = 0; k < image_.size(); k += step)
+        powers.push_back(std::norm(cdouble(image_(k / image_.extent(1), k % image_.extent(1)))));
     return speckle_mean(std::move(powers));
 }
 
 HalfSums WholePicture::sums(Portion part) const {
-    const ArrayView<const bool, 2> own = wanted(part);
+    if (part != Portion::everywhere) return sums_of(image_, *halves_, static_cast<int>(part));
     HalfSums out;
     for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i)
-        for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j)
-            if (own.data() == nullptr || own(i, j)) out.add(std::norm(cdouble(image_(i, j))));
+        for (std::ptrdiff_t j = 0; j < image_.extent(1); ++j) out.add(std::norm(cdouble(image_(i, j))));
     return out;
 }
 
 double WholePicture::entropy() const {
-    return quality::entropy(image_.view(), execution_);
+    return quality::entropy(image_, execution_);
 }
 
 }  // namespace sarfocus::autofocus::detail

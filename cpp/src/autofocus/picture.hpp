@@ -68,11 +68,14 @@ public:
 /// The whole image in memory.
 class WholePicture : public Picture {
 public:
+    /// image: memory for it, [source.shape()].
+    WholePicture(PointSource& source, MutableImageView image, const Execution& execution);
+    /// In memory of its own.
     WholePicture(PointSource& source, const Execution& execution);
 
     void focus(const std::vector<double>& phase, const Look& look) override;
-    void split(const Halves& halves) override;
-    [[nodiscard]] CellSize cell_size() const override { return detail::cell_size(image_.view(), source_); }
+    void split(const Halves& halves) override { halves_ = &halves; }
+    [[nodiscard]] CellSize cell_size() const override { return detail::cell_size(image_, source_); }
     [[nodiscard]] std::vector<Pixel> strongest(int count, const CellSize& separation, Portion part) const override;
     [[nodiscard]] std::vector<Pixel> strongest_of(const PartColumns& parts, const CellSize& separation, Portion part) const override;
     [[nodiscard]] double background() const override;
@@ -80,12 +83,14 @@ public:
     [[nodiscard]] double entropy() const override;
 
 private:
-    [[nodiscard]] ArrayView<const bool, 2> wanted(Portion part) const;
+    /// Empty: all pixels.
+    [[nodiscard]] Array<bool, 2> wanted(Portion part) const;
 
     PointSource& source_;
     const Execution& execution_;
-    Array<cfloat, 2> image_;
-    std::array<Array<bool, 2>, 2> masks_;
+    Array<cfloat, 2> memory_;
+    MutableImageView image_;
+    const Halves* halves_ = nullptr;
 };
 
 }  // namespace sarfocus::autofocus::detail

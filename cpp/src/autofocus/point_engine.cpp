@@ -280,7 +280,10 @@ private:
     [[nodiscard]] Array<cfloat, 2> histories(const std::vector<Pixel>& points) {
         const auto count = static_cast<std::ptrdiff_t>(points.size());
         Array<cfloat, 2> lines = std::move(spare_);
-        if (lines.empty() || lines.extent(0) < count) lines = Array<cfloat, 2>({count, source_.n_pulse()});
+        if (lines.empty() || lines.extent(0) < count) {
+            lines = {};  // its memory first
+            lines = Array<cfloat, 2>({count, source_.n_pulse()});
+        }
         source_.histories(points, first(lines.view(), points.size()), options_.execution);
         watch_.lap("histories");
         return lines;
@@ -300,6 +303,7 @@ private:
     double coarse_round(Estimate& so_far, double window, const PartColumns* parts, Portion half) {
         const std::vector<Pixel> points = choose_coarse(so_far.phase, parts, half, so_far.quick);
         if (points.empty()) return std::numeric_limits<double>::infinity();
+        if (plan_.coarse_only) spare_ = std::move(so_far.fine.lines);  // of the round before
         Array<cfloat, 2> memory = histories(points);
         const MutableImageView lines = first(memory.view(), points.size());
         take_out(so_far.phase, lines);
@@ -337,7 +341,7 @@ private:
         Phase back(phase.size());
         std::transform(phase.begin(), phase.end(), back.begin(), [](double p) { return -p; });
         take_out(back, lines);
-        out.contrast = contrasts(lines, phase);
+        out.contrast = contrasts_of(sum_powers(lines, phase));
         return out;
     }
 
@@ -372,13 +376,13 @@ private:
         for (double& std : estimate.phase_std) std *= std::sqrt(less.variance_share);
     }
 
-    // The histories of the points that stand out, the strongest maxima first asked.
+    // The histories of the points that stand out, the strongest maxima first asked. Most of these are speckle: all are looked at, a part of
+    // them at a time, and only what is kept is made once more.
     [[nodiscard]] FineLines fine_lines(const Phase& phase, Portion half, bool some) {
         FineLines out;
         const std::vector<Pixel> points = choose_fine(phase, half, some);
         if (points.empty()) return out;
-        out.lines = histories(points);
-        const std::vector<double> contrast = contrasts(first(out.lines.view(), points.size()), phase);
+        const std::vector<double> contrast = contrasts_of(sum_powers(points, phase));
         std::vector<std::size_t> order(points.size());
         std::iota(order.begin(), order.end(), std::size_t{0});
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return contrast[a] > contrast[b]; });
@@ -386,25 +390,41 @@ private:
         order.resize(
             std::min(points.size(), std::max(static_cast<std::size_t>(strong), static_cast<std::size_t>(options_.minimum_points))));
         std::sort(order.begin(), order.end());
-        const std::ptrdiff_t n_pulse = out.lines.extent(1);
-        for (std::size_t n = 0; n < order.size(); ++n) {
-            out.points.push_back(points[order[n]]);
-            out.contrast.push_back(contrast[order[n]]);
-            const cfloat* line = out.lines.data() + static_cast<std::ptrdiff_t>(order[n]) * n_pulse;
-            if (order[n] != n) std::copy_n(line, n_pulse, out.lines.data() + static_cast<std::ptrdiff_t>(n) * n_pulse);
+        for (const std::size_t n : order) {
+            out.points.push_back(points[n]);
+            out.contrast.push_back(contrast[n]);
         }
         watch_.lap("choose points");
+        out.lines = histories(out.points);
+        return out;
+    }
+
+    [[nodiscard]] std::vector<SumPower> sum_powers(const std::vector<Pixel>& points, const Phase& phase) {
+        const std::size_t step = source_.points_at_once();
+        std::vector<SumPower> out;
+        for (std::size_t begin = 0; begin < points.size(); begin += step) {
+            const auto from = points.begin() + static_cast<std::ptrdiff_t>(begin);
+            const std::vector<Pixel> some(from, from + static_cast<std::ptrdiff_t>(std::min(step, points.size() - begin)));
+            Array<cfloat, 2> memory = histories(some);
+            const std::vector<SumPower> powers = sum_powers(first(std::as_const(memory).view(), some.size()), phase);
+            out.insert(out.end(), powers.begin(), powers.end());
+            spare_ = std::move(memory);
+        }
+        return out;
+    }
+
+    [[nodiscard]] std::vector<SumPower> sum_powers(const ImageView& lines, const Phase& phase) const {
+        std::vector<SumPower> out(static_cast<std::size_t>(lines.extent(0)));
+        std::vector<cdouble> rotation;
+        for (const double p : phase) rotation.push_back(std::polar(1.0, p));
+        parallel_for(options_.execution, "weigh points", lines.extent(0),
+                     [&](std::int64_t n) { out[static_cast<std::size_t>(n)] = sum_power(&lines(n, 0), rotation); });
         return out;
     }
 
     // Peak power over that of the speckle that would lie there: the power of the point's history, spread as the image's background is. A
     // scene that fills only a part of what the pulses resolve gathers its speckle in that part.
-    [[nodiscard]] std::vector<double> contrasts(const ImageView& lines, const Phase& phase) const {
-        std::vector<SumPower> powers(static_cast<std::size_t>(lines.extent(0)));
-        std::vector<cdouble> rotation;
-        for (const double p : phase) rotation.push_back(std::polar(1.0, p));
-        parallel_for(options_.execution, "weigh points", lines.extent(0),
-                     [&](std::int64_t n) { powers[static_cast<std::size_t>(n)] = sum_power(&lines(n, 0), rotation); });
+    [[nodiscard]] std::vector<double> contrasts_of(const std::vector<SumPower>& powers) const {
         double filling = 1.0;
         if (!source_.is_list()) {
             std::vector<double> weaker;  // points come strongest first

@@ -55,6 +55,8 @@ public:
     [[nodiscard]] virtual std::unique_ptr<Picture> picture(const PictureRequest& request, const Execution& execution);
     /// True where estimation is to be bounded, as estimate_from_points says.
     [[nodiscard]] virtual bool is_large() const { return false; }
+    /// Of as many points histories are best made together.
+    [[nodiscard]] virtual std::size_t points_at_once() const { return 64; }
     /// The histories of points, no phase taken out. histories: [n_point, n_pulse].
     virtual void histories(const std::vector<Pixel>& points, MutableImageView histories, const Execution& execution) = 0;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/complex_product.hpp>
@@ -20,20 +21,28 @@ std::ptrdiff_t aligned(std::ptrdiff_t n) {
     return (n + samples - 1) / samples * samples;
 }
 
+// The same lines, each aligned; in their memory where they are.
+Array<cfloat, 2> aligned_lines(Array<cfloat, 2> lines) {
+    const std::ptrdiff_t n = lines.extent(1);
+    if (aligned(n) == n) return lines;
+    Array<cfloat, 2> out({lines.extent(0), aligned(n)});
+    for (std::ptrdiff_t c = 0; c < lines.extent(0); ++c) std::copy_n(lines.data() + c * n, n, out.data() + c * out.extent(1));
+    return out;
+}
+
 }  // namespace
 
 PulseSet::PulseSet(const ImageView& image, const Execution& execution) {
-    const SpectrumSource source(image, execution);
+    SpectrumSource source(image, execution);
     n_azimuth_ = image.extent(0);
     n_pulse_ = source.n_pulse();
     first_ = source.bin(0);
     first_bin_ = first_;
     for (std::ptrdiff_t c = 0; c < source.shape()[1]; ++c) gates_.push_back(source.range_gate(c));
-    lines_ = Array<cfloat, 2>({n_gate(), aligned(n_azimuth_)});
+    Array<cfloat, 2> lines = aligned_lines(source.take_spectrum());
     const float scale = 1.0f / std::sqrt(static_cast<float>(n_azimuth_));
-    parallel_for(execution, "copy", n_gate(), [&](std::int64_t g) {
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) lines_(g, k) = source.spectrum()(g, k) * scale;
-    });
+    for (cfloat& sample : lines) sample *= scale;
+    share(std::move(lines), {});
     plan();
     measure_energy();
 }
@@ -50,16 +59,30 @@ PulseSet::PulseSet(const ImageView& image, const geometry::StripmapGeometry& geo
     for (const std::ptrdiff_t g : gates_) of_gates.slant_range.push_back(geometry.slant_range[at(g)]);
     plan();
     // The spectrum of azimuth compression is that of a compressed impulse.
-    chirps_ = Array<cfloat, 2>({n_gate(), aligned(n_azimuth_)});
-    for (std::ptrdiff_t c = 0; c < n_gate(); ++c) chirps_(c, 0) = 1.0f / static_cast<float>(n_azimuth_);
-    focus::azimuth_compress(as_image(chirps_), of_gates, as_image(chirps_), {execution});
-    lines_ = Array<cfloat, 2>({n_gate(), aligned(n_azimuth_)});
+    Array<cfloat, 2> chirps({n_gate(), line_length()});
+    for (std::ptrdiff_t c = 0; c < n_gate(); ++c) chirps(c, 0) = 1.0f / static_cast<float>(n_azimuth_);
+    focus::azimuth_compress(as_image(chirps), of_gates, as_image(chirps), {execution});
+    Array<cfloat, 2> lines({n_gate(), line_length()});
     parallel_for(execution, "copy", n_gate(), [&](std::int64_t c) {
-        forward_->execute(chirps_.data() + c * chirps_.extent(1));
-        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) lines_(c, i) = image(i, gates_[at(c)]);
-        to_pulses(c, lines_.data() + c * lines_.extent(1));
+        cfloat* chirp = chirps.data() + c * chirps.extent(1);
+        cfloat* line = lines.data() + c * lines.extent(1);
+        forward_->execute(chirp);
+        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) line[i] = image(i, gates_[at(c)]);
+        slow_time(chirp, line);
     });
+    share(std::move(lines), std::move(chirps));
     measure_energy();
+}
+
+std::ptrdiff_t PulseSet::line_length() const {
+    return aligned(n_azimuth_);
+}
+
+void PulseSet::share(Array<cfloat, 2> lines, Array<cfloat, 2> chirps) {
+    lines_ = std::make_shared<const Array<cfloat, 2>>(std::move(lines));
+    if (!chirps.empty()) chirps_ = std::make_shared<const Array<cfloat, 2>>(std::move(chirps));
+    rows_.resize(gates_.size());
+    std::iota(rows_.begin(), rows_.end(), std::ptrdiff_t{0});
 }
 
 void PulseSet::plan() {
@@ -70,7 +93,7 @@ void PulseSet::plan() {
 void PulseSet::measure_energy() {
     energy_ = 0.0;
     for (std::ptrdiff_t g = 0; g < n_gate(); ++g)
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) energy_ += std::norm(cdouble(lines_(g, k)));
+        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) energy_ += std::norm(cdouble(pulses(g)[k]));
 }
 
 PulseSet PulseSet::subset(const std::vector<std::ptrdiff_t>& columns) const {
@@ -81,27 +104,24 @@ PulseSet PulseSet::subset(const std::vector<std::ptrdiff_t>& columns) const {
     out.first_bin_ = first_bin_;
     out.forward_ = forward_;
     out.inverse_ = inverse_;
-    const auto rows = [&](const Array<cfloat, 2>& from) {
-        Array<cfloat, 2> to({static_cast<std::ptrdiff_t>(columns.size()), from.extent(1)});
-        for (std::size_t c = 0; c < columns.size(); ++c)
-            std::copy_n(from.data() + columns[c] * from.extent(1), from.extent(1),
-                        to.data() + static_cast<std::ptrdiff_t>(c) * to.extent(1));
-        return to;
-    };
-    for (const std::ptrdiff_t c : columns) out.gates_.push_back(gates_[at(c)]);
-    out.lines_ = rows(lines_);
-    if (strip()) out.chirps_ = rows(chirps_);
+    out.lines_ = lines_;
+    out.chirps_ = chirps_;
+    for (const std::ptrdiff_t c : columns) {
+        out.gates_.push_back(gates_[at(c)]);
+        out.rows_.push_back(rows_[at(c)]);
+    }
     out.measure_energy();
     return out;
 }
 
 PulseSet PulseSet::strongest(std::ptrdiff_t count, const Execution& execution) const {
-    Array<cfloat, 2> image(lines_.extents());
-    form(std::vector<double>(at(n_pulse_), 0.0), image, execution);
+    const std::vector<cfloat> factor = factors(std::vector<double>(at(n_pulse_), 0.0));
     std::vector<double> strength(gates_.size(), 0.0);
     parallel_for(execution, "choose range gates", n_gate(), [&](std::int64_t g) {
-        for (std::ptrdiff_t i = 0; i < n_azimuth_; ++i) {
-            const double intensity = std::norm(cdouble(image(g, i)));
+        Array<cfloat, 1> line({n_azimuth_});
+        form_line(g, factor, line.data());
+        for (const cfloat& sample : line) {
+            const double intensity = std::norm(cdouble(sample));
             strength[at(g)] += intensity * intensity;
         }
     });
@@ -121,10 +141,10 @@ std::vector<cfloat> PulseSet::factors(const std::vector<double>& phase) const {
 }
 
 void PulseSet::form_line(std::ptrdiff_t gate, const std::vector<cfloat>& factors, cfloat* line) const {
-    const cfloat* pulses = lines_.data() + gate * lines_.extent(1);
-    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(pulses[k], factors[at(k)]);
+    const cfloat* own = pulses(gate);
+    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(own[k], factors[at(k)]);
     if (strip()) {
-        const cfloat* chirp = chirps_.data() + gate * chirps_.extent(1);
+        const cfloat* chirp = row(*chirps_, gate);
         forward_->execute(line);
         for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(line[k], chirp[k]);
     }
@@ -132,15 +152,16 @@ void PulseSet::form_line(std::ptrdiff_t gate, const std::vector<cfloat>& factors
 }
 
 void PulseSet::to_pulses(std::ptrdiff_t gate, cfloat* line) const {
+    if (strip()) return slow_time(row(*chirps_, gate), line);
     forward_->execute(line);
-    if (strip()) {
-        const cfloat* chirp = chirps_.data() + gate * chirps_.extent(1);
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(line[k], std::conj(chirp[k]));
-        inverse_->execute(line);
-    } else {
-        const float scale = 1.0f / std::sqrt(static_cast<float>(n_azimuth_));
-        for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] *= scale;
-    }
+    const float scale = 1.0f / std::sqrt(static_cast<float>(n_azimuth_));
+    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] *= scale;
+}
+
+void PulseSet::slow_time(const cfloat* chirp, cfloat* line) const {
+    forward_->execute(line);
+    for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = product(line[k], std::conj(chirp[k]));
+    inverse_->execute(line);
 }
 
 void PulseSet::form(const std::vector<double>& phase, Array<cfloat, 2>& lines, const Execution& execution) const {

@@ -14,8 +14,7 @@
 
 namespace sarfocus::autofocus::detail {
 
-/// The strongest range gates of an image as pulses that a phase error acts on, and the unitary way from them to the image and back. Lines
-/// [gate, length], one behind the other in memory, each aligned; length is n_azimuth rounded up.
+/// The strongest range gates of an image as pulses that a phase error acts on, and the unitary way from them to the image and back.
 class PulseSet {
 public:
     /// Pulses: the occupied part of the azimuth spectrum.
@@ -23,7 +22,7 @@ public:
     /// Pulses: slow-time samples.
     PulseSet(const ImageView& image, const geometry::StripmapGeometry& geometry, const Execution& execution);
 
-    /// Some of the gates of another, by index.
+    /// Some of the gates of another, by index; in the same memory.
     [[nodiscard]] PulseSet subset(const std::vector<std::ptrdiff_t>& columns) const;
     /// At most `count` of the gates, those with the largest sum of squared intensity.
     [[nodiscard]] PulseSet strongest(std::ptrdiff_t count, const Execution& execution) const;
@@ -36,7 +35,10 @@ public:
     [[nodiscard]] std::ptrdiff_t place(std::ptrdiff_t pulse) const { return ((first_ + pulse) % n_azimuth_ + n_azimuth_) % n_azimuth_; }
     /// Transform bin where the azimuth spectrum of the image begins.
     [[nodiscard]] std::ptrdiff_t first_bin() const { return first_bin_; }
-    [[nodiscard]] const Array<cfloat, 2>& lines() const { return lines_; }
+    /// Samples from one line to the next of an array that `form` fills: n_azimuth rounded up.
+    [[nodiscard]] std::ptrdiff_t line_length() const;
+    /// The pulses of a gate, [n_azimuth], aligned.
+    [[nodiscard]] const cfloat* pulses(std::ptrdiff_t gate) const { return row(*lines_, gate); }
     /// Sum of the squared magnitudes of all lines; no phase changes it.
     [[nodiscard]] double energy() const { return energy_; }
 
@@ -58,17 +60,24 @@ public:
 private:
     PulseSet() = default;
     void plan();
+    void share(Array<cfloat, 2> lines, Array<cfloat, 2> chirps);
     void measure_energy();
+    /// In place: a line of a strip to slow time.
+    void slow_time(const cfloat* chirp, cfloat* line) const;
 
-    [[nodiscard]] bool strip() const { return !chirps_.empty(); }
+    [[nodiscard]] bool strip() const { return chirps_ != nullptr; }
+    [[nodiscard]] const cfloat* row(const Array<cfloat, 2>& of, std::ptrdiff_t gate) const {
+        return of.data() + rows_[static_cast<std::size_t>(gate)] * of.extent(1);
+    }
 
     std::ptrdiff_t n_azimuth_ = 0;
     std::ptrdiff_t n_pulse_ = 0;
     std::ptrdiff_t first_ = 0;
     std::ptrdiff_t first_bin_ = 0;
     std::vector<std::ptrdiff_t> gates_;
-    Array<cfloat, 2> lines_;
-    Array<cfloat, 2> chirps_;  // strips: spectrum of azimuth compression over n_azimuth, [gate, length]
+    std::vector<std::ptrdiff_t> rows_;  // of every gate, in what a set shares with its subsets:
+    std::shared_ptr<const Array<cfloat, 2>> lines_;
+    std::shared_ptr<const Array<cfloat, 2>> chirps_;  // strips: spectrum of azimuth compression over n_azimuth
     double energy_ = 0.0;
     std::shared_ptr<const fft::Plan<float>> forward_;
     std::shared_ptr<const fft::Plan<float>> inverse_;

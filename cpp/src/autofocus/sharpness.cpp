@@ -18,6 +18,7 @@
 #include "pulse_set.hpp"
 #include "score.hpp"
 #include "sharpness_ascent.hpp"
+#include "sharpness_estimate.hpp"
 #include "stopwatch.hpp"
 #include "strip_result.hpp"
 #include "strong_points.hpp"
@@ -49,6 +50,33 @@ Phase deviation(const Phase& first, const Phase& second) {
     return out;
 }
 
+// Gates of the image with a phase taken out, formed as they are asked for.
+detail::ColumnWriter gates_without(const detail::PulseSet& pulses, const Phase& phase) {
+    return [&pulses, factors = pulses.factors(phase)](std::ptrdiff_t column, cfloat* line) { pulses.form_line(column, factors, line); };
+}
+
+std::vector<std::ptrdiff_t> columns_of(const detail::Halves& halves, std::ptrdiff_t n_gate, int half) {
+    std::vector<std::ptrdiff_t> out;
+    for (std::ptrdiff_t c = 0; c < n_gate; ++c)
+        if (halves.of(0, c) == half) out.push_back(c);
+    return out;
+}
+
+// Of some gates of the image with a phase taken out.
+detail::HalfSums sums_without(const detail::PulseSet& pulses, const Phase& phase, const std::vector<std::ptrdiff_t>& columns,
+                              const Execution& execution) {
+    const detail::ColumnWriter gates = gates_without(pulses, phase);
+    std::vector<detail::HalfSums> sums(columns.size());
+    parallel_for(execution, "sums", static_cast<std::int64_t>(columns.size()), [&](std::int64_t c) {
+        Array<cfloat, 1> line({pulses.n_azimuth()});
+        gates(columns[static_cast<std::size_t>(c)], line.data());
+        for (const cfloat& sample : line) sums[static_cast<std::size_t>(c)].add(std::norm(cdouble(sample)));
+    });
+    detail::HalfSums out;
+    for (const detail::HalfSums& of_gate : sums) out += of_gate;
+    return out;
+}
+
 class Driver {
 public:
     Driver(const ImageView& image, const geometry::StripmapGeometry* geometry, Measure measure, const SharpnessOptions& options,
@@ -56,6 +84,17 @@ public:
         : image_(image), geometry_(geometry), measure_(measure), options_(options), result_(result), watch_(result.timings) {}
 
     void run(const MutableImageView& corrected) {
+        estimate();
+        result_.score.entropy_before = quality::entropy(image_, options_.execution);
+        if (options_.do_no_harm && !result_.score.improved) {
+            result_.score.entropy_after = result_.score.entropy_before;
+            return hand_back(image_, corrected);
+        }
+        apply(corrected);
+    }
+
+    // With the verdict of the gates.
+    void estimate() {
         const detail::PulseSet pulses =
             geometry_ != nullptr ? detail::PulseSet(image_, *geometry_, options_.execution) : detail::PulseSet(image_, options_.execution);
         watch_.lap("pulses");
@@ -67,32 +106,36 @@ public:
         watch_.lap("estimate");
         weigh(pulses, all.phase);
         result_.status = all.settled ? Status::converged : Status::max_iterations;
-        if (!options_.do_no_harm) result_.score.reason = "applied without judging, as asked";
-        result_.score.entropy_before = quality::entropy(image_, options_.execution);
-        if (options_.do_no_harm && !result_.score.improved) {
-            result_.score.entropy_after = result_.score.entropy_before;
-            return hand_back(image_, corrected);
-        }
-        apply(corrected);
+        if (!options_.do_no_harm)
+            result_.score.reason = "applied without judging, as asked";
+        else if (!result_.score.improved)
+            result_.status = Status::not_improved;
     }
 
 private:
-    // Points for the report; the verdict and the deviation where the halves are asked. At most two images of the gates at a time.
+    // Points for the report; the verdict and the deviation where the halves are asked. One image of the gates at a time.
     void weigh(const detail::PulseSet& pulses, const Phase& phase) {
         const detail::GateLayout layout(pulses.n_azimuth(), pulses.gates());
-        Array<cfloat, 2> before(pulses.lines().extents());
-        Array<cfloat, 2> after(pulses.lines().extents());
-        pulses.form(Phase(phase.size(), 0.0), before, options_.execution);
-        pulses.form(phase, after, options_.execution);
-        const ImageView before_view = pulses.as_image(before);
-        const ImageView after_view = pulses.as_image(after);
-        const detail::CellSize cell = detail::cell_size(before_view, layout);
+        const Phase none(phase.size(), 0.0);
+        Array<cfloat, 2> memory({pulses.n_gate(), pulses.line_length()});
+        const ImageView image = pulses.as_image(memory);
+        pulses.form(none, memory, options_.execution);
+        const detail::CellSize cell = detail::cell_size(image, layout);
+        const detail::Halves halves(layout, cell);
         detail::EvidenceOptions how;
         how.first_bin = pulses.first_bin();
         if (geometry_ != nullptr)
             how.window = std::max<std::ptrdiff_t>(std::lround(0.5 * geometry_->aperture_samples(geometry_->slant_range.size() / 2)), 1);
         how.execution = options_.execution;
-        const detail::Evidence evidence = detail::image_evidence(before_view, after_view, layout, cell, how);
+        detail::TrialSums trial;
+        detail::Evidence reversed;
+        if (options_.do_no_harm) {
+            trial.entropy_before = quality::entropy(image, options_.execution);
+            trial.before = {detail::sums_of(image, halves, 0), detail::sums_of(image, halves, 1)};
+            reversed = detail::image_evidence(gates_without(pulses, phase), image, layout, cell, how);
+        }
+        pulses.form(phase, memory, options_.execution);
+        const detail::Evidence evidence = detail::image_evidence(gates_without(pulses, none), image, layout, cell, how);
         const double aperture = static_cast<double>(pulses.n_pulse());
         for (std::size_t n = 0; n < evidence.points.size(); ++n) {
             const detail::Pixel& p = evidence.points[n];
@@ -101,17 +144,12 @@ private:
         }
         watch_.lap("weigh points");
         if (!options_.do_no_harm) return;
-        const detail::Halves halves(layout, cell);
-        detail::TrialSums trial;
-        trial.entropy_before = quality::entropy(before_view, options_.execution);
-        trial.entropy_after = quality::entropy(after_view, options_.execution);
-        trial.before = {detail::sums_of(before_view, halves, 0), detail::sums_of(before_view, halves, 1)};
-        const detail::Evidence reversed = detail::image_evidence(after_view, before_view, layout, cell, how);
-        before = {};
+        trial.entropy_after = quality::entropy(image, options_.execution);
+        memory = {};
         const std::array<Phase, 2> own = {estimate_half(pulses, halves, 0), estimate_half(pulses, halves, 1)};
         for (const int half : {0, 1}) {
-            pulses.form(own[static_cast<std::size_t>(1 - half)], after, options_.execution);
-            trial.held_out[static_cast<std::size_t>(half)] = detail::sums_of(after_view, halves, half);
+            const auto judged = static_cast<std::size_t>(half);
+            trial.held_out[judged] = sums_without(pulses, own[1 - judged], columns_of(halves, pulses.n_gate(), half), options_.execution);
         }
         if (!detail::judged_without_halves(trial, halves, evidence, result_.score)) detail::judge_held_out(trial, cell, result_.score);
         if (result_.score.improved) refuse_losses(reversed, aperture / cell.azimuth, pulses.n_gate());
@@ -142,13 +180,11 @@ private:
     }
 
     [[nodiscard]] Phase estimate_half(const detail::PulseSet& pulses, const detail::Halves& halves, int half) const {
-        std::vector<std::ptrdiff_t> columns;
-        for (std::ptrdiff_t c = 0; c < pulses.n_gate(); ++c)
-            if (halves.of(0, c) == half) columns.push_back(c);
+        const std::vector<std::ptrdiff_t> columns = columns_of(halves, pulses.n_gate(), half);
         const auto n = static_cast<std::size_t>(pulses.n_pulse());
         if (columns.empty()) return Phase(n, 0.0);
         const detail::PulseSet part = pulses.subset(columns);
-        const bool dark = std::all_of(part.lines().begin(), part.lines().end(), [](const cfloat& x) { return x == cfloat{}; });
+        const bool dark = part.energy() == 0.0;
         return dark ? Phase(n, 0.0) : detail::ascend(part, measure_, options_).phase;
     }
 
@@ -189,11 +225,9 @@ private:
     detail::Stopwatch watch_;
 };
 
-Result focus_by(const ImageView& image, const geometry::StripmapGeometry* geometry, const MutableImageView& corrected, Measure measure,
-                const SharpnessOptions& options) {
+void require_image(const ImageView& image, const geometry::StripmapGeometry* geometry, const SharpnessOptions& options) {
     options.validate();
     require_not_empty(image, "image");
-    require_same_shape(corrected, "out", image, "image");
     require_finite(image, "image", options.execution.threads);
     if (image.extent(0) < 16) throw ShapeError("image", "at least 16 azimuth lines", shape_text(image.extents()));
     if (geometry != nullptr) {
@@ -203,9 +237,20 @@ Result focus_by(const ImageView& image, const geometry::StripmapGeometry* geomet
                              shape_text(image.extents()));
     }
     (void)quality::entropy(image, options.execution);  // throws for an image of zeros
-    Result result;
-    result.method = measure == Measure::entropy ? "minimum_entropy" : "maximum_contrast";
-    result.threads = resolve_threads(options.execution.threads);
+}
+
+Result result_of(Measure measure, const Execution& execution) {
+    Result out;
+    out.method = measure == Measure::entropy ? "minimum_entropy" : "maximum_contrast";
+    out.threads = resolve_threads(execution.threads);
+    return out;
+}
+
+Result focus_by(const ImageView& image, const geometry::StripmapGeometry* geometry, const MutableImageView& corrected, Measure measure,
+                const SharpnessOptions& options) {
+    require_image(image, geometry, options);
+    require_same_shape(corrected, "out", image, "image");
+    Result result = result_of(measure, options.execution);
     Driver(image, geometry, measure, options, result).run(corrected);
     return result;
 }
@@ -221,6 +266,17 @@ void SharpnessOptions::validate() const {
     require_positive(tolerance, "tolerance");
     (void)resolve_threads(execution.threads);
 }
+
+namespace detail {
+
+Result minimum_entropy_estimate(const ImageView& image, const SharpnessOptions& options) {
+    require_image(image, nullptr, options);
+    Result result = result_of(Measure::entropy, options.execution);
+    Driver(image, nullptr, Measure::entropy, options, result).estimate();
+    return result;
+}
+
+}  // namespace detail
 
 Result minimum_entropy(const ImageView& image, MutableImageView corrected, const SharpnessOptions& options) {
     return focus_by(image, nullptr, corrected, Measure::entropy, options);

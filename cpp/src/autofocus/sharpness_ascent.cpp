@@ -210,7 +210,7 @@ Sharpness sharpness_of(const PulseSet& pulses, const std::vector<double>& phase,
             own.weighted += weigh(line.data(), n, scale, with_pull);
             if (!with_pull) continue;
             pulses.to_pulses(g, line.data());
-            add_products(pulses.lines().data() + g * pulses.lines().extent(1), line.data(), n, own.pull.data());
+            add_products(pulses.pulses(g), line.data(), n, own.pull.data());
         }
     });
     double weighted = 0.0;

@@ -90,19 +90,19 @@ TEST(Sharpness, PulsesOfAStripAreThoseOfAzimuthDecompression) {
     ASSERT_EQ(pulses.n_gate(), n);
     Image raw({n, n});
     focus::azimuth_decompress(image.view(), geometry, raw.view());
-    Image back(pulses.lines().extents());
+    Image back({pulses.n_gate(), pulses.line_length()});
     pulses.form(std::vector<double>(n, 0.0), back, {});
     double energy = 0.0;
     for (std::ptrdiff_t g = 0; g < n; ++g)
         for (std::ptrdiff_t i = 0; i < n; ++i) {
             // Points of 50: single precision.
-            EXPECT_LT(std::abs(pulses.lines()(g, i) - raw(i, g)), 1e-4) << g << " " << i;
+            EXPECT_LT(std::abs(pulses.pulses(g)[i] - raw(i, g)), 1e-4) << g << " " << i;
             EXPECT_LT(std::abs(back(g, i) - image(i, g)), 1e-4) << g << " " << i;
             energy += std::norm(cdouble(image(i, g)));
         }
     EXPECT_NEAR(pulses.energy(), energy, 1e-5 * energy);
     const detail::PulseSet part = pulses.subset({5, 60});
-    Image two(part.lines().extents());
+    Image two({part.n_gate(), part.line_length()});
     part.form(std::vector<double>(n, 0.0), two, {});
     for (std::ptrdiff_t i = 0; i < n; ++i) EXPECT_EQ(two(1, i), back(60, i));
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <sarfocus/core/array.hpp>
@@ -57,6 +58,8 @@ public:
     [[nodiscard]] std::vector<cfloat> factors(const std::vector<double>& phase) const;
     /// [gates, n_azimuth], unnormalised, unshifted.
     [[nodiscard]] const Array<cfloat, 2>& spectrum() const { return spectrum_; }
+    /// The same, for its memory; the source can only be destroyed afterwards.
+    [[nodiscard]] Array<cfloat, 2> take_spectrum() { return std::move(spectrum_); }
 
 private:
     void find_support(const Execution& execution);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>

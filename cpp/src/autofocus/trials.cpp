@@ -26,10 +26,10 @@ std::string text(const char* format, double a, double b = 0.0) {
 }
 
 // The phase that a method finds in a part; none where it refuses the part.
-std::optional<std::vector<double>> phase_from(const Subject& part, ScoredMethod& scored, MutableImageView scratch,
+std::optional<std::vector<double>> phase_from(const Subject& part, ScoredMethod& scored, MutableImageView corrected,
                                               const Execution& execution) {
     try {
-        Result found = scored.method->run(part, scratch, false, execution);
+        Result found = scored.method->run(part, corrected, false, execution);
         scored.trial.status = found.status;
         return std::move(found.phase_error);
     } catch (const ValueError& error) {
@@ -45,14 +45,22 @@ class Judged {
 public:
     Judged(const Subject& part, const std::vector<std::ptrdiff_t>& gates, const std::vector<bool>& inner, const PlaceRule& rule,
            double centre, const Execution& execution)
-        : part_(part), gates_(gates), inner_(inner), rule_(rule), centre_(centre), execution_(execution), brightest_(part.image) {}
+        : part_(part),
+          gates_(gates),
+          inner_(inner),
+          rule_(rule),
+          centre_(centre),
+          execution_(execution),
+          brightest_(part.image, execution) {}
 
-    void show(const std::vector<double>& phase, MutableImageView scratch) {
-        take_out(part_, phase, scratch, execution_);
-        brightest_.add(scratch, execution_);
+    void show(const std::vector<double>& phase) {
+        if (scratch_.empty()) scratch_ = Array<cfloat, 2>(part_.image.extents());
+        take_out(part_, phase, scratch_.view(), execution_);
+        brightest_.add(scratch_.view(), execution_);
     }
 
     std::size_t choose() {
+        scratch_ = {};
         places_ = brightest_.places(gates_, inner_, rule_, execution_);
         before_ = measure(part_.image, centre_, places_, rule_, execution_);
         return places_.size();
@@ -74,6 +82,7 @@ private:
     double centre_;
     const Execution& execution_;
     Brightest brightest_;
+    Array<cfloat, 2> scratch_;
     std::vector<JudgedPoint> places_;
     PlaceMeasures before_;
 };
@@ -87,7 +96,41 @@ void finish(ScoredMethod& scored) {
     if (trial.held_out_points > 0) trial.held_out_entropy /= trial.held_out_points;
 }
 
-using Phases = std::array<std::optional<std::vector<double>>, 2>;
+using Phases = std::array<std::optional<std::vector<double>>, 2>;  // from either part
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// The phases that all methods find in some gates, of those that have not refused others; each in memory that the next one loads anew.
+void estimate_from(const Subject& whole, const std::vector<std::ptrdiff_t>& gates, std::size_t from, std::vector<ScoredMethod>& methods,
+                   std::vector<Phases>& phases, const Execution& execution) {
+    Part part(whole, gates, execution);
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+        if (from == 1 && !phases[m][0]) continue;
+        const Clock::time_point start = Clock::now();
+        phases[m][from] = phase_from(part.subject(), methods[m], part.pixels(), execution);
+        part.load(whole.image, gates, execution);
+        methods[m].trial.seconds += seconds_since(start);
+    }
+}
+
+// Returns the number of points of the set, by which the methods with phases from both parts are scored.
+std::size_t judge(Judged& set, std::size_t from, const std::vector<Phases>& phases, std::vector<ScoredMethod>& methods) {
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+        const Clock::time_point start = Clock::now();
+        const auto& phase = phases[m][from];
+        if (phase.has_value()) set.show(phase.value());
+        methods[m].trial.seconds += seconds_since(start);
+    }
+    const std::size_t points = set.choose();
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+        const auto& own = phases[m][from];
+        if (own.has_value() && phases[m][1 - from].has_value()) set.score(own.value(), methods[m]);
+    }
+    return points;
+}
 
 }  // namespace
 
@@ -114,34 +157,16 @@ HeldOutScores score_held_out(const Subject& subject, const std::vector<const Met
     }
     const PlaceRule rule = place_rule(subject, cell);
     const double centre = band_centre(subject);
-    const std::array<Part, 2> parts = {Part(subject, stripes.gates[0], execution), Part(subject, stripes.gates[1], execution)};
-    const auto most = std::max(stripes.gates[0].size(), stripes.gates[1].size());
-    Array<cfloat, 2> memory({subject.image.extent(0), static_cast<std::ptrdiff_t>(most)});
-    const auto scratch = [&](std::size_t part) {
-        return MutableImageView(memory.data(), parts[part].subject().image.extents(), {memory.extent(1), 1});
-    };
-    std::array<Judged, 2> sets = {Judged(parts[0].subject(), stripes.gates[0], stripes.inner[0], rule, centre, execution),
-                                  Judged(parts[1].subject(), stripes.gates[1], stripes.inner[1], rule, centre, execution)};
     std::vector<Phases> phases(out.methods.size());
-    for (std::size_t m = 0; m < out.methods.size(); ++m) {
-        ScoredMethod& scored = out.methods[m];
-        const auto start = std::chrono::steady_clock::now();
-        for (const std::size_t from : {0U, 1U}) {
-            auto& phase = phases[m][from];
-            phase = phase_from(parts[from].subject(), scored, scratch(from), execution);
-            if (!phase) break;
-            sets[1 - from].show(*phase, scratch(1 - from));
-        }
-        scored.trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    for (const std::size_t from : {0U, 1U}) estimate_from(subject, stripes.gates[from], from, out.methods, phases, execution);
+    std::array<std::size_t, 2> points{};
+    for (const std::size_t judged : {0U, 1U}) {
+        const Part part(subject, stripes.gates[judged], execution);
+        Judged set(part.subject(), stripes.gates[judged], stripes.inner[judged], rule, centre, execution);
+        points[judged] = judge(set, 1 - judged, phases, out.methods);
     }
-    const std::array<std::size_t, 2> points = {sets[0].choose(), sets[1].choose()};
-    for (std::size_t m = 0; m < out.methods.size(); ++m) {
-        const auto& [first, second] = phases[m];
-        if (!first.has_value() || !second.has_value()) continue;
-        sets[1].score(first.value(), out.methods[m]);
-        sets[0].score(second.value(), out.methods[m]);
-        finish(out.methods[m]);
-    }
+    for (std::size_t m = 0; m < out.methods.size(); ++m)
+        if (phases[m][0].has_value() && phases[m][1].has_value()) finish(out.methods[m]);
     out.decides = points[0] > 0 && points[1] > 0 && points[0] + points[1] >= fewest_points;
     out.how = out.decides ? text("scored on %.0f held-out points", static_cast<double>(points[0] + points[1]), 0.0)
                           : text("%.0f and %.0f strong points in the two parts of the scene, too few to hold any back",

@@ -173,15 +173,21 @@ private:
     std::ptrdiff_t across_;
 };
 
+// What the terms of a sum are multiplied by; empty: nothing.
+struct Factors {
+    const AspectTable* aspect = nullptr;
+    const std::vector<cfloat>* of_pulse = nullptr;
+};
+
 // Adds the sum over all pulses to the image, or puts it there.
-void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, const AspectTable* aspect, bool add,
+void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, const Factors& factors, bool add,
                 MutableImageView image, const BackprojectOptions& options) {
     check(profiles, centres, options);
     if (image.extents() != grid.shape())
         throw ShapeError("image", "the shape of the grid " + shape_text(grid.shape()), shape_text(image.extents()));
     require_recorded(profiles, centres, grid);
 
-    const RangeProfileTable builder(profiles.data.extent(1));
+    const RangeProfileTable builder(profiles.data.extent(1), detail::select_kernels().layout);
     const std::ptrdiff_t n_pulse = centres.n_pulse();
     const std::ptrdiff_t rows = grid.shape()[0];
     const int threads = resolve_threads(options.execution.threads);
@@ -191,7 +197,7 @@ void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, cons
     Array<float, 1> tables({block_pulses * table_floats});
     PulseGroup group = empty_group(profiles, centres, builder);
     TileLattice lattice(grid);
-    const TileSum tiles(detail::select_kernels(), lattice, aspect);
+    const TileSum tiles(detail::select_kernels(), lattice, factors.aspect);
     const auto memory = thread_memory(threads, builder, 0);
 
     Monitor monitor(options.execution, "backproject", n_pulse * rows);
@@ -207,7 +213,8 @@ void sum_pulses(const RangeProfiles& profiles, const PhaseCentres& centres, cons
             for (std::ptrdiff_t p = 0; p < PulseGroup::capacity; ++p) {
                 const std::ptrdiff_t used = std::min(p, group.count - 1);
                 float* table = tables.data() + used * table_floats;
-                if (p == used) builder.build(profiles.data.row(begin + p), table, own.workspace);
+                const cfloat factor = factors.of_pulse != nullptr ? (*factors.of_pulse)[static_cast<std::size_t>(begin + used)] : 1.0f;
+                if (p == used) builder.build(profiles.data.row(begin + p), table, own.workspace, factor);
                 set_pulse(profiles, centres, begin + used, table, p, group);
             }
 #pragma omp for schedule(dynamic)
@@ -245,7 +252,15 @@ void AspectWeights::validate() const {
 
 void backproject(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, MutableImageView image,
                  const BackprojectOptions& options) {
-    sum_pulses(profiles, centres, grid, nullptr, false, image, options);
+    sum_pulses(profiles, centres, grid, {}, false, image, options);
+}
+
+void backproject_turned(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid,
+                        const std::vector<cfloat>& factors, MutableImageView image, const BackprojectOptions& options) {
+    if (static_cast<std::ptrdiff_t>(factors.size()) != profiles.data.extent(0))
+        throw ShapeError("factors", std::to_string(profiles.data.extent(0)) + " values, one for each pulse",
+                         std::to_string(factors.size()));
+    sum_pulses(profiles, centres, grid, {nullptr, &factors}, false, image, options);
 }
 
 void backproject_weighted(const RangeProfiles& profiles, const PhaseCentres& centres, const ImageGrid& grid, const AspectWeights& weights,
@@ -267,7 +282,7 @@ void backproject_weighted(const RangeProfiles& profiles, const PhaseCentres& cen
         static_cast<float>(weights.sine_start),
         static_cast<float>(n / (weights.sine_stop - weights.sine_start)),
         most_power};
-    sum_pulses(profiles, centres, grid, &aspect, true, image, options);
+    sum_pulses(profiles, centres, grid, {&aspect, nullptr}, true, image, options);
 }
 
 void backproject_histories(const RangeProfiles& profiles, const PhaseCentres& centres, const ArrayView<const double, 2>& points,
@@ -282,7 +297,7 @@ void backproject_histories(const RangeProfiles& profiles, const PhaseCentres& ce
         throw ShapeError("histories", shape_text(std::array<std::ptrdiff_t, 2>{n_point, n_pulse}), shape_text(histories.extents()));
 
     const detail::Kernels& kernels = detail::select_kernels();
-    const RangeProfileTable builder(profiles.data.extent(1));
+    const RangeProfileTable builder(profiles.data.extent(1), detail::select_kernels().layout);
     const double cycles_per_metre = 2.0 / profiles.wavelength;
     const bool monostatic = centres.monostatic();
     const int threads = resolve_threads(options.execution.threads);
@@ -329,7 +344,7 @@ void project(const ImageView& scene, const ImageGrid& grid, const PhaseCentres& 
     require_finite(scene, "scene", options.execution.threads);
 
     const detail::Kernels& kernels = detail::select_kernels();
-    const RangeProfileTable builder(data.extent(1));
+    const RangeProfileTable builder(data.extent(1), detail::select_kernels().layout);
     const double cycles_per_metre = 2.0 / profiles.wavelength;
     const bool monostatic = centres.monostatic();
     const std::ptrdiff_t n_pulse = centres.n_pulse();

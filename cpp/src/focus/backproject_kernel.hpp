@@ -6,17 +6,22 @@
 
 namespace sarfocus::focus::detail {
 
-/// How a profile table lies in memory: chunks of 16 bins, each [8][16] floats, the coefficients (re, im) x (1, x, x^2, x^3) of a cubic in
-/// x = the offset from the bin centre, in bins. The record is framed by zero bins, into which everything outside of it falls.
+/// How a profile table lies in memory: chunks of 16 bins, each [8][pitch] floats, the coefficients (re, im) x (1, x, x^2, x^3) of a cubic
+/// in x = the offset from the bin centre, in bins. Where the pitch is above 16, the first bins of the next chunk stand behind those of
+/// each, so that pitch - 15 bins from anywhere on lie side by side. The record is framed by zero bins, into which everything outside of it
+/// falls.
 struct ProfileLayout {
     static constexpr std::int32_t chunk = 16;
     static constexpr std::int32_t degree = 3;
     static constexpr std::int32_t coefficients = 2 * (degree + 1);
-    static constexpr std::int32_t chunk_floats = chunk * coefficients;
     static constexpr std::int32_t frame = 4 * chunk;  ///< zero bins before the record, and at least as many behind it
 
-    /// Where the first coefficient of a bin lies; the next ones follow `chunk` floats apart.
-    static constexpr std::int32_t offset(std::int32_t bin) { return bin / chunk * chunk_floats + bin % chunk; }
+    std::int32_t pitch = chunk;  ///< floats from one coefficient of a bin to the next
+
+    /// From chunk to chunk.
+    [[nodiscard]] constexpr std::int32_t chunk_floats() const { return coefficients * pitch; }
+    /// Where the first coefficient of a bin lies.
+    [[nodiscard]] constexpr std::int32_t offset(std::int32_t bin) const { return bin / chunk * chunk_floats() + bin % chunk; }
 };
 
 /// One pulse as the kernels see it. Bin b covers ranges within half a bin of first_range + b / bins_per_metre.
@@ -100,6 +105,7 @@ inline constexpr double series_phase_error = 5e-4;
 
 struct Kernels {
     const char* name;
+    ProfileLayout layout;  ///< of the tables that they read
     /// re[i], im[i] += s(R_i) exp(+j 2 pi R_i cycles_per_metre)
     void (*gather)(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, float* re, float* im);
     /// The same, every term times the entry of its direction.

@@ -10,7 +10,7 @@ namespace sarfocus::focus::detail {
 namespace {
 
 constexpr std::ptrdiff_t capacity = PixelBlock::capacity;
-constexpr std::int32_t chunk = ProfileLayout::chunk;
+constexpr std::int32_t pitch = layout.pitch;
 
 // Bin, offset and exp(+j 2 pi R cycles_per_metre), the range phase reduced to a fraction of a cycle in double precision.
 template <bool monostatic>
@@ -65,10 +65,10 @@ inline __attribute__((always_inline)) void gather_pixels(const PulseTable& pulse
     const std::ptrdiff_t n = pixels.count;
 #pragma omp simd
     for (std::ptrdiff_t i = 0; i < n; ++i) {
-        const float* p = table + ProfileLayout::offset(bin[i]);
+        const float* p = table + layout.offset(bin[i]);
         const float x = offset[i];
-        const float sr = p[0] + x * (p[2 * chunk] + x * (p[4 * chunk] + x * p[6 * chunk]));
-        const float si = p[chunk] + x * (p[3 * chunk] + x * (p[5 * chunk] + x * p[7 * chunk]));
+        const float sr = p[0] + x * (p[2 * pitch] + x * (p[4 * pitch] + x * p[6 * pitch]));
+        const float si = p[pitch] + x * (p[3 * pitch] + x * (p[5 * pitch] + x * p[7 * pitch]));
         re[i] += sr * cosine[i] - si * sine[i];
         im[i] += sr * sine[i] + si * cosine[i];
     }
@@ -127,10 +127,10 @@ inline __attribute__((always_inline)) void add_weighted(const PulseTable& pulse,
     const float first_im = weight[2 * entry[0] + 1];
 #pragma omp simd
     for (std::ptrdiff_t i = 0; i < n; ++i) {
-        const float* p = table + ProfileLayout::offset(bin[i]);
+        const float* p = table + layout.offset(bin[i]);
         const float x = offset[i];
-        const float sr = p[0] + x * (p[2 * chunk] + x * (p[4 * chunk] + x * p[6 * chunk]));
-        const float si = p[chunk] + x * (p[3 * chunk] + x * (p[5 * chunk] + x * p[7 * chunk]));
+        const float sr = p[0] + x * (p[2 * pitch] + x * (p[4 * pitch] + x * p[6 * pitch]));
+        const float si = p[pitch] + x * (p[3 * pitch] + x * (p[5 * pitch] + x * p[7 * pitch]));
         const float tr = sr * cosine[i] - si * sine[i];
         const float ti = sr * sine[i] + si * cosine[i];
         const float wr = uniform ? first_re : weight[2 * entry[i]];
@@ -179,6 +179,6 @@ void locate(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per
 
 }  // namespace
 
-const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, &gather, &gather_weighted, &locate, &add_plane, &add_points};
+const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, layout, &gather, &gather_weighted, &locate, &add_plane, &add_points};
 
 }  // namespace sarfocus::focus::detail

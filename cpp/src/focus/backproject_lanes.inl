@@ -10,10 +10,13 @@ namespace {
 
 #if defined(__AVX512F__)
 constexpr std::ptrdiff_t width = 16;
+constexpr ProfileLayout layout{};
 #elif defined(__AVX2__)
 constexpr std::ptrdiff_t width = 8;
+constexpr ProfileLayout layout{ProfileLayout::chunk + 8};  // eight bins from anywhere on are one load
 #else
 constexpr std::ptrdiff_t width = 4;
+constexpr ProfileLayout layout{};
 #endif
 using Floats = float __attribute__((vector_size(width * sizeof(float))));
 using Indices = std::int32_t __attribute__((vector_size(width * sizeof(float))));
@@ -55,11 +58,12 @@ SARFOCUS_INLINE Indices integers(Indices whole) {
     return whole - bits_of_rounder;
 }
 
-// How far apart the bins of one vector lie: within two blocks of `width` bins, within four, or anywhere.
-enum class Reach { two_blocks, four_blocks, anywhere };
+// How far apart the bins of one vector lie: within a window of half a register of bins, of one register (AVX-512: two), of one twice as
+// wide, or anywhere.
+enum class Reach { close, near, far, anywhere };
 
-// Coefficients of the bins `index`. They count from bin `first` of the table, a multiple of the width, and only their low bits are
-// looked at; where the reach is `anywhere`, they count from bin 0.
+// Coefficients of the bins `index`. They count from the bin where the window begins, and only their low bits are looked at; where the reach
+// is `anywhere`, they count from bin 0. first: where that bin's first coefficient lies in the table.
 template <Reach reach>
 struct LookUp;
 
@@ -69,10 +73,11 @@ struct LookUp<Reach::anywhere> {
     Indices offset;
 
     SARFOCUS_INLINE LookUp(const float* bins, std::int32_t /*first*/, Indices index)
-        : table(bins), offset((index & -ProfileLayout::chunk) * ProfileLayout::coefficients + (index & (ProfileLayout::chunk - 1))) {}
+        : table(bins),
+          offset((index & -ProfileLayout::chunk) * (layout.chunk_floats() / ProfileLayout::chunk) + (index & (ProfileLayout::chunk - 1))) {}
 
     SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
-        const float* p = table + k * ProfileLayout::chunk;
+        const float* p = table + k * layout.pitch;
 #if defined(__AVX512F__)
         return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xFFFF, reinterpret_cast<__m512i>(offset), p, 4);
 #elif defined(__AVX2__)
@@ -84,31 +89,33 @@ struct LookUp<Reach::anywhere> {
 };
 
 #if defined(__AVX512F__)
-constexpr Reach widest_window = Reach::four_blocks;
+constexpr Reach narrowest_window = Reach::near;
+constexpr Reach widest_window = Reach::far;
+constexpr std::int32_t window_step = 16;  // windows begin at multiples of it
 
 template <>
-struct LookUp<Reach::two_blocks> {
+struct LookUp<Reach::near> {
     const float* window;
     __m512i index;
 
     SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
-        : window(bins + static_cast<std::ptrdiff_t>(first) * ProfileLayout::coefficients), index(reinterpret_cast<__m512i>(at)) {}
+        : window(bins + first), index(reinterpret_cast<__m512i>(at)) {}
 
     SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
-        const float* p = window + k * ProfileLayout::chunk;
-        return _mm512_permutex2var_ps(load(p), index, load(p + ProfileLayout::chunk_floats));
+        const float* p = window + k * layout.pitch;
+        return _mm512_permutex2var_ps(load(p), index, load(p + layout.chunk_floats()));
     }
 };
 
 template <>
-struct LookUp<Reach::four_blocks> {
-    LookUp<Reach::two_blocks> low;
-    LookUp<Reach::two_blocks> high;
+struct LookUp<Reach::far> {
+    LookUp<Reach::near> low;
+    LookUp<Reach::near> high;
     __mmask16 upper;
 
     SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
         : low(bins, first, at),
-          high(bins, first + 2 * ProfileLayout::chunk, at),
+          high(bins, first + 2 * layout.chunk_floats(), at),
           upper(_mm512_test_epi32_mask(low.index, _mm512_set1_epi32(32))) {}
 
     SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
@@ -116,29 +123,77 @@ struct LookUp<Reach::four_blocks> {
     }
 };
 #elif defined(__AVX2__)
-constexpr Reach widest_window = Reach::two_blocks;
+constexpr Reach narrowest_window = Reach::close;
+constexpr Reach widest_window = Reach::far;
+constexpr std::int32_t window_step = 1;
 
+// Four bins in either half of the register: a permutation within halves takes a quarter of the time of one across them (Zen 3).
 template <>
-struct LookUp<Reach::two_blocks> {
-    const float* low;
-    const float* high;
+struct LookUp<Reach::close> {
+    const float* window;
     __m256i index;
-    __m256 upper;
 
     SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
-        : low(bins + ProfileLayout::offset(first)),
-          high(bins + ProfileLayout::offset(first + 8)),
-          index(reinterpret_cast<__m256i>(at)),
-          upper(_mm256_castsi256_ps(_mm256_slli_epi32(index, 28))) {}
+        : window(bins + first), index(reinterpret_cast<__m256i>(at)) {}
 
     SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
-        return _mm256_blendv_ps(_mm256_permutevar8x32_ps(load(low + k * ProfileLayout::chunk), index),
-                                _mm256_permutevar8x32_ps(load(high + k * ProfileLayout::chunk), index), upper);
+        return _mm256_permutevar_ps(_mm256_broadcast_ps(reinterpret_cast<const __m128*>(window + k * layout.pitch)), index);
     }
 };
+
+template <>
+struct LookUp<Reach::near> {
+    const float* window;
+    __m256i index;
+
+    SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
+        : window(bins + first), index(reinterpret_cast<__m256i>(at)) {}
+
+    SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const {
+        return _mm256_permutevar8x32_ps(_mm256_loadu_ps(window + k * layout.pitch), index);
+    }
+};
+
+template <>
+struct LookUp<Reach::far> {
+    LookUp<Reach::near> low;
+    LookUp<Reach::near> high;
+    __m256 upper;
+
+    // Within a chunk, or from its second half to the first of the next.
+    SARFOCUS_INLINE static std::int32_t eight_on(std::int32_t first) {
+        const std::int32_t within = first % layout.chunk_floats();
+        return first + (within < 8 ? 8 : layout.chunk_floats() - 8);
+    }
+
+    SARFOCUS_INLINE LookUp(const float* bins, std::int32_t first, Indices at)
+        : low(bins, first, at), high(bins, eight_on(first), at), upper(_mm256_castsi256_ps(_mm256_slli_epi32(low.index, 28))) {}
+
+    SARFOCUS_INLINE Floats coefficient(std::ptrdiff_t k) const { return _mm256_blendv_ps(low.coefficient(k), high.coefficient(k), upper); }
+};
 #else
+constexpr Reach narrowest_window = Reach::anywhere;
 constexpr Reach widest_window = Reach::anywhere;
+constexpr std::int32_t window_step = 4;
 #endif
+
+// Where the first coefficient of a bin >= 0 lies.
+SARFOCUS_INLINE std::int32_t place_in_table(std::int32_t bin) {
+    constexpr std::int32_t chunk = ProfileLayout::chunk;
+    return (bin & -chunk) * (layout.chunk_floats() / chunk) + (bin & (chunk - 1));
+}
+
+// Bins of a window.
+constexpr std::int32_t window_bins(Reach reach) {
+    if (reach == Reach::close) return 4;
+    return static_cast<std::int32_t>(width) * (reach == Reach::near ? 1 : 2) * (window_step > 1 ? 2 : 1);
+}
+
+// How far apart the places may lie, margins included, that a window holds wherever they begin: it begins at the multiple of `window_step`
+// at or below the bin that the least of them may be rounded to.
+constexpr float window_span(Reach reach) {
+    return static_cast<float>(window_bins(reach) - (window_step > 1 ? window_step : 0) - 1);
+}
 
 struct Complex {
     Floats re;

@@ -146,7 +146,7 @@ SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile,
 struct alignas(64) RowPlaces {
     float place[tile_rows];         // of the lanes' centre, in bins from the row's window
     float slope[tile_rows];         // a lane
-    std::int32_t first[tile_rows];  // bin with which the window begins
+    std::int32_t first[tile_rows];  // where the window lies in the table; without one, the bin that places count from
 };
 
 struct LaneRange {
@@ -164,11 +164,16 @@ SARFOCUS_INLINE LaneRange bend_range(const PlaneTerms& terms, std::ptrdiff_t p) 
 
 constexpr float window_margin = 0.01f;  // bins, above all rounding of places
 
-// A window begins at a multiple of the width; up to `width` places of its first block may lie before the least place, rounded.
 SARFOCUS_INLINE Reach reach_of_span(float span) {
-    if (widest_window != Reach::anywhere && span <= width - 1) return Reach::two_blocks;
-    if (widest_window == Reach::four_blocks && span <= 3 * width - 1) return Reach::four_blocks;
+    if (narrowest_window == Reach::close && span <= window_span(Reach::close)) return Reach::close;
+    if (widest_window != Reach::anywhere && span <= window_span(Reach::near)) return Reach::near;
+    if (widest_window == Reach::far && span <= window_span(Reach::far)) return Reach::far;
     return Reach::anywhere;
+}
+
+// The step of windows with which the one for places rounded from `low` on begins; a ten-thousandth early, which the margin covers.
+SARFOCUS_INLINE float window_of(float low) {
+    return window_step > 1 ? nearest_whole(low / window_step - 0.4999f) : nearest_whole(low + 0.4999f);
 }
 
 SARFOCUS_INLINE Reach reach_of(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
@@ -178,10 +183,6 @@ SARFOCUS_INLINE Reach reach_of(const PlaneTerms& terms, std::ptrdiff_t p, float 
         __builtin_fabsf(terms.slope[0][p]) + m * __builtin_fabsf(terms.slope[1][p]) + m * m * __builtin_fabsf(terms.slope[2][p]);
     const float span = (width - 1) * slope + bend.highest - bend.lowest + 5.0f * window_margin;
     return reach_of_span(span);
-}
-
-constexpr std::int32_t window_bins(Reach reach) {
-    return static_cast<std::int32_t>(width) * (reach == Reach::two_blocks ? 2 : 4);
 }
 
 template <Reach reach>
@@ -204,11 +205,11 @@ SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, 
             rows.first[i] = begin;
         } else {
             const float low = place - 0.5f * (width - 1) * __builtin_fabsf(slope) + lowest;
-            const float block = nearest_whole(low / width - 0.4999f);  // a ten-thousandth early, which the margin covers
-            std::int32_t first = begin + static_cast<std::int32_t>(block) * static_cast<std::int32_t>(width);
+            const float block = window_of(low);
+            std::int32_t first = begin + static_cast<std::int32_t>(block) * window_step;
             first = first < 0 ? 0 : first;
-            rows.first[i] = first > last ? last : first;
-            rows.place[i] = place - block * width;
+            rows.first[i] = place_in_table(first > last ? last : first);
+            rows.place[i] = place - block * window_step;
         }
     }
 }
@@ -387,11 +388,14 @@ template <bool cubic>
 SARFOCUS_INLINE void add_pulse(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
                                const LaneWeights* weights, float* re, float* im) {
     const Reach reach = reach_of(terms, p, static_cast<float>(tile.rows - 1));
-    if constexpr (widest_window != Reach::anywhere) {
-        if (reach == Reach::two_blocks) return add_rows<Reach::two_blocks, cubic>(pulses, tile, terms, p, weights, re, im);
+    if constexpr (narrowest_window == Reach::close) {
+        if (reach == Reach::close) return add_rows<Reach::close, cubic>(pulses, tile, terms, p, weights, re, im);
     }
-    if constexpr (widest_window == Reach::four_blocks) {
-        if (reach == Reach::four_blocks) return add_rows<Reach::four_blocks, cubic>(pulses, tile, terms, p, weights, re, im);
+    if constexpr (widest_window != Reach::anywhere) {
+        if (reach == Reach::near) return add_rows<Reach::near, cubic>(pulses, tile, terms, p, weights, re, im);
+    }
+    if constexpr (widest_window == Reach::far) {
+        if (reach == Reach::far) return add_rows<Reach::far, cubic>(pulses, tile, terms, p, weights, re, im);
     }
     add_rows<Reach::anywhere, cubic>(pulses, tile, terms, p, weights, re, im);
 }

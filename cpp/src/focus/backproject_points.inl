@@ -73,7 +73,7 @@ SARFOCUS_INLINE PointTerms find_point_terms(const PulseGroup& pulses, std::ptrdi
     return terms;
 }
 
-// The bin with which the window of every row begins, and what is to be taken off places for it.
+// Where the window of every row lies in the table, and what is to be taken off places for it.
 struct alignas(64) PointRows {
     float shift[tile_rows];
     float span[tile_rows];  // bins
@@ -106,11 +106,11 @@ SARFOCUS_INLINE void find_point_rows(const PulseGroup& pulses, const PointTile& 
                           window_margin;
         const float low = (at[0] < at[1] ? at[0] : at[1]) - off;
         rows.span[i] = (at[0] < at[1] ? at[1] : at[0]) + off - low + 3.0f * window_margin;
-        const float block = nearest_whole((low - 0.5f) / width - 0.4999f);
-        std::int32_t first = begin + static_cast<std::int32_t>(block) * static_cast<std::int32_t>(width);
+        const float block = window_of(low - 0.5f);
+        std::int32_t first = begin + static_cast<std::int32_t>(block) * window_step;
         first = first < 0 ? 0 : first;
-        rows.first[i] = first > last ? last : first;
-        rows.shift[i] = block * width;
+        rows.first[i] = place_in_table(first > last ? last : first);
+        rows.shift[i] = block * window_step;
     }
 }
 
@@ -134,15 +134,21 @@ void add_point_rows(const PulseGroup& pulses, const PointTile& tile, const Point
     find_point_rows<monostatic>(pulses, tile, terms, rows);
     const float* table = pulses.bins[p];
     for (std::ptrdiff_t i = 0; i < tile.rows; ++i) {
-        if constexpr (widest_window != Reach::anywhere) {
-            if (reach_of_span(rows.span[i]) == Reach::two_blocks) {
-                add_point_row<monostatic, Reach::two_blocks>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
+        if constexpr (narrowest_window == Reach::close) {
+            if (reach_of_span(rows.span[i]) == Reach::close) {
+                add_point_row<monostatic, Reach::close>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
                 continue;
             }
         }
-        if constexpr (widest_window == Reach::four_blocks) {
-            if (reach_of_span(rows.span[i]) == Reach::four_blocks) {
-                add_point_row<monostatic, Reach::four_blocks>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
+        if constexpr (widest_window != Reach::anywhere) {
+            if (reach_of_span(rows.span[i]) == Reach::near) {
+                add_point_row<monostatic, Reach::near>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
+                continue;
+            }
+        }
+        if constexpr (widest_window == Reach::far) {
+            if (reach_of_span(rows.span[i]) == Reach::far) {
+                add_point_row<monostatic, Reach::far>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
                 continue;
             }
         }

@@ -207,6 +207,27 @@ TEST(Backproject, BitsDependNeitherOnThreadsNorOnStridesNorOnTheCall) {
         for (std::ptrdiff_t j = 0; j < 300; ++j) ASSERT_EQ(out(j, i), expected(i, j));
 }
 
+TEST(Backproject, TurnsPulsesByAFactorEach) {
+    const Scene scene(700.0);
+    const ImageGrid grid = patch();
+    std::vector<cfloat> factors;
+    Scene turned(700.0);
+    for (std::ptrdiff_t p = 0; p < scene.n_pulse; ++p) {
+        factors.emplace_back(std::polar(0.5f + 0.01f * static_cast<float>(p), 0.7f * static_cast<float>(p)));
+        for (std::ptrdiff_t i = 0; i < scene.n_range; ++i) turned.data(p, i) *= factors.back();
+    }
+    const Image expected = form(turned, grid);
+    Image image({grid.shape()[0], grid.shape()[1]});
+    backproject_turned(scene.profiles(), scene.centres(), grid, factors, image.view());
+    float largest = 0.0f;
+    for (const cfloat& sample : expected) largest = std::max(largest, std::abs(sample));
+    for (std::ptrdiff_t k = 0; k < image.size(); ++k) ASSERT_LT(std::abs(image.data()[k] - expected.data()[k]), 1e-5f * largest) << k;
+
+    factors.pop_back();
+    EXPECT_EQ(message_of<ShapeError>([&] { backproject_turned(scene.profiles(), scene.centres(), grid, factors, image.view()); }),
+              "factors: expected 48 values, one for each pulse, got 47");
+}
+
 TEST(Backproject, TakesOneRangeStartForEachPulse) {
     const Scene scene(700.0);
     Scene shifted(700.0);
@@ -317,12 +338,15 @@ std::vector<const detail::Kernels*> kernel_sets() {
 TEST(Backproject, AllKernelsAgree) {
     using Layout = detail::ProfileLayout;
     constexpr std::int32_t n_bin = 2 * Layout::frame + 48;
-    std::vector<float> table(static_cast<std::size_t>(Layout::coefficients * n_bin));
-    for (std::int32_t bin = Layout::frame; bin < n_bin - Layout::frame; ++bin)
-        for (std::int32_t k = 0; k < Layout::coefficients; ++k)
-            table[static_cast<std::size_t>(Layout::offset(bin) + k * Layout::chunk)] =
-                std::sin(static_cast<float>((8 * bin + k) * (8 * bin + k) % 101));
-    const detail::PulseTable pulse{table.data(), n_bin, 700.0 - Layout::frame / 4.0, 4.0, {0.0, -700.0, 5.0}, {3.0, -701.0, 6.0}};
+    const auto table_of = [](const Layout& layout) {
+        std::vector<float> table(static_cast<std::size_t>(layout.chunk_floats() * n_bin / Layout::chunk));
+        for (std::int32_t bin = Layout::frame; bin < n_bin - Layout::frame; ++bin)
+            for (std::int32_t k = 0; k < Layout::coefficients; ++k)
+                table[static_cast<std::size_t>(layout.offset(bin) + k * layout.pitch)] =
+                    std::sin(static_cast<float>((8 * bin + k) * (8 * bin + k) % 101));
+        return table;
+    };
+    detail::PulseTable pulse{nullptr, n_bin, 700.0 - Layout::frame / 4.0, 4.0, {0.0, -700.0, 5.0}, {3.0, -701.0, 6.0}};
     detail::PixelBlock pixels;
     pixels.count = 250;
     for (std::ptrdiff_t i = 0; i < pixels.count; ++i) {
@@ -336,6 +360,8 @@ TEST(Backproject, AllKernelsAgree) {
         for (const auto* set : sets) {
             std::vector<float> re(256, 0.0F);
             std::vector<float> im(256, 0.0F);
+            const std::vector<float> table = table_of(set->layout);
+            pulse.bins = table.data();
             set->gather(pulse, pixels, 2.0 / 0.031, monostatic, re.data(), im.data());
             re.insert(re.end(), im.begin(), im.end());
             sums.push_back(re);

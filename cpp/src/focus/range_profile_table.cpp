@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/multiversion.hpp>
 
@@ -49,7 +50,7 @@ CubicFilters fit_filters() {
 }
 
 // A chunk of the table from the samples about it; line: (re, im) of its first sample.
-SARFOCUS_MULTIVERSION void fit_chunk(const float* line, const CubicFilters& filters, float* table) {
+SARFOCUS_MULTIVERSION void fit_chunk(const float* line, const CubicFilters& filters, std::ptrdiff_t pitch, float* table) {
     float fitted[orders][2 * chunk];
     for (std::ptrdiff_t i = 0; i < 2 * chunk; ++i)
         for (std::size_t d = 0; d < orders; ++d) fitted[d][i] = filters.centre[d] * line[i];
@@ -68,8 +69,8 @@ SARFOCUS_MULTIVERSION void fit_chunk(const float* line, const CubicFilters& filt
     }
     for (std::size_t d = 0; d < orders; ++d)
         for (std::ptrdiff_t i = 0; i < chunk; ++i) {
-            table[2 * static_cast<std::ptrdiff_t>(d) * chunk + i] = fitted[d][2 * i];
-            table[(2 * static_cast<std::ptrdiff_t>(d) + 1) * chunk + i] = fitted[d][2 * i + 1];
+            table[2 * static_cast<std::ptrdiff_t>(d) * pitch + i] = fitted[d][2 * i];
+            table[(2 * static_cast<std::ptrdiff_t>(d) + 1) * pitch + i] = fitted[d][2 * i + 1];
         }
 }
 
@@ -88,8 +89,9 @@ void spread_entry(const float* entry, const CubicFilters& filters, cfloat* line)
 
 }  // namespace
 
-RangeProfileTable::RangeProfileTable(std::ptrdiff_t n_range)
-    : n_range_(n_range),
+RangeProfileTable::RangeProfileTable(std::ptrdiff_t n_range, ProfileLayout layout)
+    : layout_(layout),
+      n_range_(n_range),
       n_padded_(fft::good_size(n_range + guard_samples)),
       forward_(n_padded_, fft::Direction::forward),
       inverse_(upsample * n_padded_, fft::Direction::inverse),
@@ -102,10 +104,10 @@ RangeProfileTable::RangeProfileTable(std::ptrdiff_t n_range)
 RangeProfileTable::Workspace::Workspace(const RangeProfileTable& table)
     : spectrum_({table.n_padded_}), line_({upsample * table.n_padded_ + 2 * margin}) {}
 
-void RangeProfileTable::build(const ArrayView<const cfloat, 1>& profile, float* table, Workspace& workspace) const {
+void RangeProfileTable::build(const ArrayView<const cfloat, 1>& profile, float* table, Workspace& workspace, cfloat factor) const {
     cfloat* spectrum = workspace.spectrum_.data();
     cfloat* line = workspace.line_.data() + margin;
-    for (std::ptrdiff_t i = 0; i < n_range_; ++i) spectrum[i] = profile(i);
+    for (std::ptrdiff_t i = 0; i < n_range_; ++i) spectrum[i] = product(factor, profile(i));
     std::fill(spectrum + n_range_, spectrum + n_padded_, cfloat{});
     forward_.execute(spectrum);
 
@@ -122,15 +124,22 @@ void RangeProfileTable::build(const ArrayView<const cfloat, 1>& profile, float* 
     inverse_.execute(line);
     std::copy(line + n_long - margin, line + n_long, line - margin);
 
-    float* record = table + ProfileLayout::offset(ProfileLayout::frame);
+    const std::ptrdiff_t step = layout_.chunk_floats();
+    float* record = table + layout_.offset(ProfileLayout::frame);
     std::fill(table, record, 0.0f);
     std::ptrdiff_t b = 0;
-    for (; b < n_recorded(); b += chunk)
-        fit_chunk(reinterpret_cast<const float*>(line + b), filters_, record + b * ProfileLayout::coefficients);
-    std::fill(record + b * ProfileLayout::coefficients, table + floats(), 0.0f);
-    float* last = record + (b - chunk) * ProfileLayout::coefficients;
-    for (std::ptrdiff_t k = 0; k < ProfileLayout::coefficients; ++k)
-        std::fill(last + k * chunk + n_recorded() - (b - chunk), last + (k + 1) * chunk, 0.0f);
+    float* to = record;
+    for (; b < n_recorded(); b += chunk, to += step) fit_chunk(reinterpret_cast<const float*>(line + b), filters_, layout_.pitch, to);
+    std::fill(to, table + floats(), 0.0f);
+    for (std::ptrdiff_t k = 0; k < ProfileLayout::coefficients; ++k) {
+        float* last = to - step + k * layout_.pitch;
+        std::fill(last + n_recorded() - (b - chunk), last + chunk, 0.0f);
+    }
+    const std::ptrdiff_t more = layout_.pitch - chunk;
+    if (more == 0) return;
+    for (float* own = record - step; own < to; own += step)
+        for (std::ptrdiff_t k = 0; k < ProfileLayout::coefficients; ++k)
+            std::copy_n(own + step + k * layout_.pitch, more, own + k * layout_.pitch + chunk);
 }
 
 void RangeProfileTable::build_adjoint(const float* table, const ArrayView<cfloat, 1>& profile, Workspace& workspace) const {

@@ -29,14 +29,16 @@ class RangeProfileTable {
 public:
     static constexpr int upsample = 2;
 
-    explicit RangeProfileTable(std::ptrdiff_t n_range);
+    RangeProfileTable(std::ptrdiff_t n_range, ProfileLayout layout);
 
     /// Bins of a table, the frame of zeros included; bin ProfileLayout::frame is sample 0 of the record.
     [[nodiscard]] std::int32_t n_bin() const {
         constexpr std::ptrdiff_t chunk = ProfileLayout::chunk;
         return static_cast<std::int32_t>((n_recorded() + chunk - 1) / chunk * chunk) + 2 * ProfileLayout::frame;
     }
-    [[nodiscard]] std::ptrdiff_t floats() const { return static_cast<std::ptrdiff_t>(n_bin()) * ProfileLayout::coefficients; }
+    [[nodiscard]] std::ptrdiff_t floats() const {
+        return static_cast<std::ptrdiff_t>(n_bin() / ProfileLayout::chunk) * layout_.chunk_floats();
+    }
 
     /// Memory one thread needs while building.
     class Workspace {
@@ -49,8 +51,8 @@ public:
         Array<cfloat, 1> line_;  // with `margin` samples before and behind
     };
 
-    /// table: [floats()], aligned, as ProfileLayout says.
-    void build(const ArrayView<const cfloat, 1>& profile, float* table, Workspace& workspace) const;
+    /// Of the profile times a factor. table: [floats()], aligned, as ProfileLayout says.
+    void build(const ArrayView<const cfloat, 1>& profile, float* table, Workspace& workspace, cfloat factor = {1.0f, 0.0f}) const;
 
     /// The adjoint of `build`: from weights on the table's entries to a profile. table: [n_bin()][ProfileLayout::coefficients].
     void build_adjoint(const float* table, const ArrayView<cfloat, 1>& profile, Workspace& workspace) const;
@@ -60,6 +62,7 @@ private:
 
     [[nodiscard]] std::ptrdiff_t n_recorded() const { return upsample * (n_range_ - 1) + 1; }
 
+    ProfileLayout layout_;
     std::ptrdiff_t n_range_;
     std::ptrdiff_t n_padded_;  // record and zeros behind it, so that its two ends do not ring into each other
     fft::Plan<float> forward_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <optional>
 
 namespace sarfocus::focus::detail {
 namespace {
@@ -54,6 +56,12 @@ std::ptrdiff_t TileLattice::rows() const {
 std::ptrdiff_t TileLattice::lanes() const {
     if (direction_ == Lanes::folded) return tile_lanes;
     return direction_ == Lanes::along_azimuth ? shape_[0] : shape_[1];
+}
+
+std::optional<std::array<std::ptrdiff_t, 2>> TileLattice::strides(const MutableImageView& image) const {
+    if (direction_ == Lanes::folded) return std::nullopt;
+    const bool along_azimuth = direction_ == Lanes::along_azimuth;
+    return std::array{image.stride(along_azimuth ? 1 : 0), image.stride(along_azimuth ? 0 : 1)};
 }
 
 bool TileLattice::contains(std::ptrdiff_t row, std::ptrdiff_t lane) const {
@@ -128,6 +136,7 @@ void TileLattice::fill(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdi
 void TileSum::sum(const PulseGroup& pulses, const TileArea& area, bool add, const MutableImageView& image, TileMemory& own) const {
     for (std::ptrdiff_t lane = area.first_lane; lane < area.first_lane + area.lanes; lane += tile_lanes) {
         const Part part{area.first_row, area.rows, lane, own.re, own.im};
+        if (add) fetch(part, std::min(tile_lanes, area.first_lane + area.lanes - lane), image);
         std::fill_n(own.re, area.rows * tile_lanes, 0.0f);
         std::fill_n(own.im, area.rows * tile_lanes, 0.0f);
         add_tile(pulses, ~PulseMask{0} >> (PulseGroup::capacity - pulses.count), part, own);
@@ -196,14 +205,38 @@ void TileSum::add_one_by_one(const PulseGroup& pulses, PulseMask wanted, const P
     }
 }
 
+// What `store` will add to comes into the cache while the sums are made.
+void TileSum::fetch(const Part& part, std::ptrdiff_t lanes, const MutableImageView& image) const {
+    const auto strides = lattice_.strides(image);
+    if (!strides) return;
+    const auto [row, lane] = *strides;
+    constexpr std::ptrdiff_t cache_line = 64 / sizeof(cfloat);
+    const std::ptrdiff_t rows = std::min(part.rows, lattice_.rows() - part.first_row);
+    lanes = std::min(lanes, lattice_.lanes() - part.first_lane);
+    for (std::ptrdiff_t j = 0; j < lanes; j += std::abs(lane) == 1 ? cache_line : 1)
+        for (std::ptrdiff_t i = 0; i < rows; i += std::abs(row) == 1 ? cache_line : 1)
+            __builtin_prefetch(image.data() + (part.first_row + i) * row + (part.first_lane + j) * lane, 1, 2);
+}
+
 void TileSum::store(const Part& part, std::ptrdiff_t lanes, bool add, const MutableImageView& image) const {
+    const auto put = [&](cfloat& pixel, std::ptrdiff_t i, std::ptrdiff_t j) {
+        const cfloat sum(part.re[i * tile_lanes + j], part.im[i * tile_lanes + j]);
+        pixel = add ? pixel + sum : sum;
+    };
+    if (const auto strides = lattice_.strides(image)) {
+        const auto [row, lane] = *strides;
+        const std::ptrdiff_t rows = std::min(part.rows, lattice_.rows() - part.first_row);
+        for (std::ptrdiff_t j = 0; j < std::min(lanes, lattice_.lanes() - part.first_lane); ++j) {
+            cfloat* to = image.data() + part.first_row * row + (part.first_lane + j) * lane;
+            for (std::ptrdiff_t i = 0; i < rows; ++i) put(to[i * row], i, j);
+        }
+        return;
+    }
     for (std::ptrdiff_t j = 0; j < lanes; ++j)
         for (std::ptrdiff_t i = 0; i < part.rows; ++i) {
             if (!lattice_.contains(part.first_row + i, part.first_lane + j)) continue;
             const auto at = lattice_.pixel(part.first_row + i, part.first_lane + j);
-            cfloat& pixel = image(at[0], at[1]);
-            const cfloat sum(part.re[i * tile_lanes + j], part.im[i * tile_lanes + j]);
-            pixel = add ? pixel + sum : sum;
+            put(image(at[0], at[1]), i, j);
         }
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <sarfocus/core/array_view.hpp>
@@ -35,6 +36,8 @@ public:
     [[nodiscard]] bool contains(std::ptrdiff_t row, std::ptrdiff_t lane) const;
     /// Image indices of a pixel.
     [[nodiscard]] std::array<std::ptrdiff_t, 2> pixel(std::ptrdiff_t row, std::ptrdiff_t lane) const;
+    /// From row to row and from lane to lane of an image of the grid; none where a line of pixels is folded.
+    [[nodiscard]] std::optional<std::array<std::ptrdiff_t, 2>> strides(const MutableImageView& image) const;
     [[nodiscard]] Vector3 position(std::ptrdiff_t row, std::ptrdiff_t lane) const;
 
     [[nodiscard]] bool is_plane() const { return grid_.kind() == geometry::ImageGrid::Kind::plane; }
@@ -79,6 +82,7 @@ private:
     void add_tile(const PulseGroup& pulses, PulseMask wanted, const Part& part, TileMemory& own) const;
     void add_points(const PulseGroup& pulses, PulseMask wanted, const Part& part, TileMemory& own) const;
     void add_one_by_one(const PulseGroup& pulses, PulseMask wanted, const Part& part, TileMemory& own) const;
+    void fetch(const Part& part, std::ptrdiff_t lanes, const MutableImageView& image) const;
     void store(const Part& part, std::ptrdiff_t lanes, bool add, const MutableImageView& image) const;
 
     const Kernels& kernels_;

@@ -83,7 +83,7 @@ struct Pass {
     }
 
     [[nodiscard]] Image form(const Kernels& kernels, const ImageGrid& grid) const {
-        const RangeProfileTable builder(n_range);
+        const RangeProfileTable builder(n_range, kernels.layout);
         RangeProfileTable::Workspace workspace(builder);
         Image image({grid.shape()[0], grid.shape()[1]});
         TileLattice lattice(grid);

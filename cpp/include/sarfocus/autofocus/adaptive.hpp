@@ -115,7 +115,7 @@ struct AdaptiveOptions {
 /// points tells them something), the estimate is one for the whole aperture (a spotlight point's history spans it all), by maximum
 /// likelihood, and the input comes back where the score is not better.
 ///
-/// image, corrected, phase_error, errors: as pga. Peak memory beside them: a quarter of the image at most, or 512 gates, four times.
+/// image, corrected, phase_error, errors: as pga. Peak memory beside them: a quarter of the image at most, or 512 gates, three times.
 SARFOCUS_API Result adaptive_pga(const ImageView& image, MutableImageView corrected, const AdaptiveOptions& options = {});
 
 /// The same for a strip, whose phase error is over slow time: the points of all sub-apertures, the steadiest spread evenly, go the way of
@@ -135,7 +135,8 @@ struct ConventionalOptions {
 };
 
 /// What adaptive PGA is measured against [Luo2025, section 2.1]: the strongest sample of the k strongest gates of every sub-aperture,
-/// whatever the scene, and the phase gradient, in iterations with a narrowing window. Image, errors and result as adaptive_pga.
+/// whatever the scene, and the phase gradient, in iterations with a narrowing window. Image, errors and result as adaptive_pga. Of a
+/// spotlight image the strongest max(512, n_range / 2) of these samples, so that memory stays below that of the image.
 SARFOCUS_API Result conventional_pga(const ImageView& image, MutableImageView corrected, const ConventionalOptions& options = {});
 SARFOCUS_API Result conventional_pga(const ImageView& image, const geometry::StripmapGeometry& geometry, MutableImageView corrected,
                                      const ConventionalOptions& options = {});

@@ -38,9 +38,9 @@ struct AutofocusOptions {
 /// best has its turn. Where one set has next to no strong points, nothing can be held back: the methods run on the whole image in the order
 /// of `method_names`, and the first whose result passes the same tests is taken. If none does, the input comes back, bit for bit.
 ///
-/// Of images with more than 512 range gates, the strongest stripes score, together half of the gates: auto then costs no more than every
-/// method once on half of the image, and the winner on all of it. A method that refuses a part of the image (too small for it, no points)
-/// is reported among `Result::trials` with its reason.
+/// Of images with more than 512 range gates, the strongest stripes score, together 512 or a quarter of the gates: auto then costs no more
+/// than every method once on that part of the image, and the winner on all of it. A method that refuses a part of the image (too small for
+/// it, no points) is reported among `Result::trials` with its reason.
 ///
 /// image: [n_azimuth, n_range] complex64. corrected: the same shape, written; may be `image` itself, must not overlap it otherwise. Result:
 /// that of the method chosen, with `trials`. Throws ShapeError, ValueError, NumericalError (NaN or infinity, with position; all zero),

@@ -15,7 +15,7 @@ namespace sarfocus::autofocus {
 /// An image of more than 2^20 pixels is estimated from the eighth of its range gates with the strongest points, 512 at least, of which no
 /// image is kept, and the maximum-likelihood phase loses the noise that its own cosines do not need [Stein1981]. It is first tried with
 /// fewer points and rounds than the options allow; where judging on held-out pixels does not confirm what comes of it, with all of them.
-/// Peak memory beside image and corrected: four times those gates at most, all of the image where that has fewer.
+/// Peak memory beside image and corrected: three times those gates at most, all of the image where that has fewer.
 SARFOCUS_API Result pga(const ImageView& image, MutableImageView corrected, const PointOptions& options = {});
 
 /// corrected = the image whose shifted azimuth spectrum is multiplied by exp(-j phase). phase: [n_azimuth] rad. Same memory rule.

@@ -2,17 +2,13 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <new>
-#include <utility>
+#include <type_traits>
 
 #include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/memory.hpp>
 
 namespace sarfocus {
-
-/// Bytes to which owned memory is aligned: one cache line, one AVX-512 register.
-inline constexpr std::size_t memory_alignment = 64;
 
 /// Row-major contiguous N-dimensional array with aligned memory; moves, and copies only by `copy()`.
 template <class T, std::size_t N>
@@ -25,11 +21,9 @@ public:
 
     /// Zero-initialised. Throws std::bad_alloc.
     explicit Array(const extents_type& extents) : extents_(extents) {
-        const auto n = static_cast<std::size_t>(size());
-        if (n == 0) return;
-        void* raw = ::operator new(n * sizeof(T), std::align_val_t{memory_alignment});
-        data_.reset(static_cast<T*>(raw));
-        for (std::size_t i = 0; i < n; ++i) ::new (static_cast<void*>(data_.get() + i)) T{};
+        const std::size_t bytes = static_cast<std::size_t>(size()) * sizeof(T);
+        if (bytes == 0) return;
+        data_ = std::unique_ptr<T[], Free>(static_cast<T*>(detail::allocate_zeros(bytes)), Free{bytes});
     }
 
     [[nodiscard]] T* data() { return data_.get(); }
@@ -68,9 +62,10 @@ public:
 
 private:
     struct Free {
-        void operator()(T* p) const { ::operator delete(static_cast<void*>(p), std::align_val_t{memory_alignment}); }
+        std::size_t bytes = 0;
+        void operator()(T* p) const { detail::release(p, bytes); }
     };
-    static_assert(std::is_trivially_destructible_v<T>);
+    static_assert(std::is_arithmetic_v<T> || std::is_same_v<T, cfloat> || std::is_same_v<T, cdouble>, "zero bytes must be zeros");
 
     std::unique_ptr<T[], Free> data_;
     extents_type extents_{};

@@ -50,6 +50,10 @@ struct BackprojectOptions {
 SARFOCUS_API void backproject(const RangeProfiles& profiles, const geometry::PhaseCentres& centres, const geometry::ImageGrid& grid,
                               MutableImageView image, const BackprojectOptions& options = {});
 
+/// The same of pulses times a factor each, such as exp(-j phase error): [n_pulse]. The pulses themselves are not copied.
+SARFOCUS_API void backproject_turned(const RangeProfiles& profiles, const geometry::PhaseCentres& centres, const geometry::ImageGrid& grid,
+                                     const std::vector<cfloat>& factors, MutableImageView image, const BackprojectOptions& options = {});
+
 /// A factor for every term of that sum by the direction in which the antenna sees the pixel: by the sine of the angle from broadside, the
 /// component along `axis` of the unit vector from the antenna (bistatic: midway between both) to the pixel. On a straight track the local
 /// Doppler frequency is 2 velocity sine / wavelength.
