@@ -88,7 +88,7 @@ def history(shape: Shape) -> PhaseHistory:
 
 def terms(job: str, shape: Shape, on: cost.Machine) -> tuple[Terms, Terms]:
     if job in IMAGES:
-        return cost.image_terms(shape, on)
+        return cost.image_terms(shape, on, job.removeprefix("strip "))
     grid = backprojection_job.grid({"shape": shape}, "plane")
     return cost.backproject_terms(history(shape), grid, job.removeprefix("backproject "), on)
 

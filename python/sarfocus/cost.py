@@ -23,6 +23,7 @@ from .io import Image, PhaseHistory
 from .memory import SAMPLE_BYTES
 
 LOOKED_AT, SHARE = 512, 8  # an estimate is made from so many range gates, or from one in so many where that is more
+SCORED = 4  # auto scores on one in so many
 SMALL = 1 << 20  # pixels of an image that is looked at as a whole
 REPEATS = 5
 MACHINE_SHAPE = (4096, 768)  # azimuth lines, range gates
@@ -85,13 +86,13 @@ def shortest(call: Callable[[], object]) -> float:
     return min(seconds)
 
 
-def image_terms(shape: tuple[int, int], on: Machine) -> tuple[Terms, Terms]:
-    """Seconds of a round trip, and bytes, of each kind of work.
+def image_terms(shape: tuple[int, int], on: Machine, method: str) -> tuple[Terms, Terms]:
+    """Seconds of a round trip, and bytes, of each kind of work of a method of autofocus, or of "auto".
 
     The whole image; the gates an estimate looks at; as many lines; points, whose number may grow with the length; what no size tells.
     """
     n_azimuth, n_range = shape
-    gates, lines = min(n_range, max(LOOKED_AT, n_range // SHARE)), min(n_azimuth, LOOKED_AT)
+    gates, lines = min(n_range, max(LOOKED_AT, n_range // (SCORED if method == "auto" else SHARE))), min(n_azimuth, LOOKED_AT)
     samples = {"image": n_azimuth * n_range, "gates": n_azimuth * gates, "lines": lines * n_range}
     samples |= {"points": n_azimuth**2, "once": LOOKED_AT**2}
     each = max(float(np.log2(n_azimuth)), 1.0) * on.transform
@@ -176,7 +177,7 @@ def autofocus_cost(method: str, shape: tuple[int, int], *, strip: bool, threads:
     known = ("auto", *method_names(strip=strip))
     if method not in known:
         raise ValueError(f"method: expected one of {', '.join(known)}, got {method!r}")
-    return predicted(image_job(method, shape, strip=strip), *image_terms(shape, on or machine(threads)))
+    return predicted(image_job(method, shape, strip=strip), *image_terms(shape, on or machine(threads), method))
 
 
 def backproject_cost(

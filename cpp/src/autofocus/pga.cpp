@@ -41,8 +41,7 @@ Result pga_estimate(const ImageView& image, const PointOptions& options, Array<c
         for (std::ptrdiff_t j = 0; j < image.extent(1) && empty; ++j) empty = image(i, j) == cfloat{};
     if (empty) throw NumericalError("image: expected pixels other than zero, got all zero");
 
-    constexpr std::ptrdiff_t share = 8;  // of the gates of an image with many
-    std::vector<std::ptrdiff_t> gates = strong_gates(image, options.execution, share);
+    std::vector<std::ptrdiff_t> gates = strong_gates(image, options.execution);
     if (static_cast<std::ptrdiff_t>(gates.size()) == image.extent(1)) require_finite(image, "image", options.execution.threads);
     SpectrumSource source(image, std::move(gates), options.execution);
     spent = {};

@@ -104,12 +104,8 @@ private:
         int half = 0;
     };
 
-    // To the scratch image, the others zero. False where all of them are zero.
-    bool copy(const Pixels& pixels) {
-        if (pixels.halves == nullptr) {
-            detail::copy_image(image_, scratch_, execution_);
-            return true;
-        }
+    // Those of a half, to the scratch image, the others zero. False where all of them are zero.
+    bool copy_half(const Pixels& pixels) {
         std::vector<char> any(static_cast<std::size_t>(image_.extent(1)), 0);
         parallel_for(execution_, "half", image_.extent(1), [&](std::int64_t j) {
             for (std::ptrdiff_t i = 0; i < image_.extent(0); ++i) {
@@ -122,7 +118,7 @@ private:
 
     // These pixels with the phase taken out, in the scratch image.
     void correct(const Pixels& pixels, const Phase& phase) {
-        if (pixels.halves != nullptr) copy(pixels);
+        if (pixels.halves != nullptr) copy_half(pixels);
         correct_two_dimensional(pixels.halves != nullptr ? ImageView(scratch_) : image_, phase, result_.migration.bandwidth_ratio,
                                 options_.model, scratch_, execution_);
         watch_.lap("correct");
@@ -161,7 +157,7 @@ private:
         Estimate out;
         out.phase = start.empty() ? Phase(static_cast<std::size_t>(image_.extent(0)), 0.0) : start;
         const bool everywhere = pixels.halves == nullptr;
-        if (!everywhere && start.empty() && !copy(pixels)) return out;
+        if (!everywhere && start.empty() && !copy_half(pixels)) return out;
         for (int pass = 0; pass < passes && !out.settled; ++pass) {
             const bool corrected = pass > 0 || !start.empty();
             if (corrected) correct(pixels, out.phase);

@@ -97,9 +97,10 @@ void gather(const ImageView& image, const std::vector<std::ptrdiff_t>& gates, Ar
 
 }  // namespace
 
-std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution, std::ptrdiff_t share) {
+std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution) {
     const std::ptrdiff_t n_range = image.extent(1);
     constexpr std::ptrdiff_t at_least = 512;
+    constexpr std::ptrdiff_t share = 8;
     const std::ptrdiff_t count = std::min(n_range, std::max(at_least, n_range / share));
     std::vector<std::ptrdiff_t> gates(at(n_range));
     std::iota(gates.begin(), gates.end(), std::ptrdiff_t{0});

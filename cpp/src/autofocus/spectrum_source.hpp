@@ -17,9 +17,9 @@
 namespace sarfocus::autofocus::detail {
 
 /// Range gates worth estimating from, ascending: those with the largest sum of squared intensity, which a strong point raises most,
-/// defocused or not. All of a small image; of a large one a quarter, or another share, which loses next to nothing. Throws NumericalError
-/// (NaN, infinity) where it leaves gates out; else it looks at none.
-[[nodiscard]] std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution, std::ptrdiff_t share = 4);
+/// defocused or not. 512 of them, or the eighth where that is more. Throws NumericalError (NaN, infinity) where it leaves gates out; else
+/// it looks at none.
+[[nodiscard]] std::vector<std::ptrdiff_t> strong_gates(const ImageView& image, const Execution& execution);
 
 /// Whether an image has more pixels than are looked at as a whole, 2^20: estimation is bounded, from some of the range gates, of which no
 /// image is kept.

@@ -29,6 +29,7 @@ struct alignas(64) PlaneTerms {
     double chunk[pulse_capacity];
     double error[pulse_capacity];    // rad, bound of the phase error
     double outside[pulse_capacity];  // bins between the tile and the record, where positive
+    double beyond[pulse_capacity];   // bins by which the tile reaches beyond an end of the record, where positive
 };
 
 SARFOCUS_INLINE double dot(const double* a, const double* b) {
@@ -109,6 +110,7 @@ SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile,
 
         double place = (series.c00[p] - pulses.first_range[p]) * bins;
         terms.outside[p] = larger(first_bin - place, place - last_bin) - h * bins;
+        terms.beyond[p] = terms.outside[p] + 2.0 * h * bins;
         place = place < 1e8 ? place : 1e8;
         place = place > -1e8 ? place : -1e8;
         const double chunk = nearest_whole(place / ProfileLayout::chunk - 0.5);
@@ -181,16 +183,21 @@ SARFOCUS_INLINE Reach reach_of(const PlaneTerms& terms, std::ptrdiff_t p, float 
     const LaneRange bend = bend_range(terms, p);
     const float slope =
         __builtin_fabsf(terms.slope[0][p]) + m * __builtin_fabsf(terms.slope[1][p]) + m * m * __builtin_fabsf(terms.slope[2][p]);
-    const float span = (width - 1) * slope + bend.highest - bend.lowest + 5.0f * window_margin;
-    return reach_of_span(span);
+    const float span = (width - 1) * slope + bend.highest - bend.lowest;
+    // At the ends of the record every place counts by the bin that it lies in, as for all other ways of summation.
+    if (span <= single_span && terms.beyond[p] < -2.0) return Reach::single;
+    return reach_of_span(span + 5.0f * window_margin);
 }
 
 template <Reach reach>
 SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
                                float lane_centre, RowPlaces& rows) {
-    const float a0 = terms.place[0][p], a1 = terms.place[1][p], a2 = terms.place[2][p], a3 = terms.place[3][p];
     const float b0 = terms.slope[0][p], b1 = terms.slope[1][p], b2 = terms.slope[2][p];
-    const float lowest = bend_range(terms, p).lowest - 0.5f - window_margin;
+    const float a0 = terms.place[0][p] + lane_centre * b0, a1 = terms.place[1][p] + lane_centre * b1;
+    const float a2 = terms.place[2][p] + lane_centre * b2, a3 = terms.place[3][p];
+    const LaneRange bend = bend_range(terms, p);
+    const float lowest = bend.lowest - 0.5f - window_margin;
+    const float middle = 0.5f * (bend.lowest + bend.highest);
     const float m = 0.5f * static_cast<float>(tile.rows - 1);
     const auto begin = static_cast<std::int32_t>(terms.chunk[p]) * ProfileLayout::chunk;
     const std::int32_t last = pulses.n_bin - window_bins(reach);
@@ -198,18 +205,19 @@ SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, 
     for (std::int32_t i = 0; i < tile_rows; ++i) {
         const float x = static_cast<float>(i) - m;
         const float slope = b0 + x * (b1 + x * b2);
-        const float place = a0 + x * (a1 + x * (a2 + x * a3)) + lane_centre * slope;
+        const float place = a0 + x * (a1 + x * (a2 + x * a3));
         rows.slope[i] = slope;
         if (reach == Reach::anywhere) {
             rows.place[i] = place;
             rows.first[i] = begin;
         } else {
+            constexpr std::int32_t step = reach == Reach::single ? 1 : window_step;
             const float low = place - 0.5f * (width - 1) * __builtin_fabsf(slope) + lowest;
-            const float block = window_of(low);
-            std::int32_t first = begin + static_cast<std::int32_t>(block) * window_step;
+            const float block = reach == Reach::single ? nearest_whole(place + middle) : window_of(low);
+            std::int32_t first = begin + static_cast<std::int32_t>(block) * step;
             first = first < 0 ? 0 : first;
             rows.first[i] = place_in_table(first > last ? last : first);
-            rows.place[i] = place - block * window_step;
+            rows.place[i] = place - block * step;
         }
     }
 }
@@ -227,9 +235,24 @@ struct LaneWeights {
     alignas(64) float im[tile_lanes];
 };
 
+// Whether the slope may be that of the middle row in all rows, and no cubic is wanted of the phase.
+SARFOCUS_INLINE bool is_gentle(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
+    constexpr float negligible = static_cast<float>(0.5 * series_phase_error / radians_a_bin);  // bins
+    const float m = 0.5f * last_row;
+    const float change = m * (__builtin_fabsf(terms.slope[1][p]) + m * __builtin_fabsf(terms.slope[2][p]));
+    return terms.bend_change[p] == 0.0f && 0.5f * (width - 1) * change <= negligible;
+}
+
+// Places of the lanes of a row, from that of their centre.
+template <Reach reach>
+SARFOCUS_INLINE Rounded lane_places(Floats place) {
+    if constexpr (reach == Reach::single) return {Indices{}, place};
+    return rounded(place);
+}
+
 // The sums of one pulse over `width` lanes of all rows. The phase is turned on from row to row by a step, the step
 // by its change, and that by a small angle.
-template <Reach reach, bool cubic>
+template <Reach reach, bool gentle>
 void add_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, const LaneWeights* weights,
               float* re, float* im) {
     alignas(64) float lane_numbers[width];
@@ -242,18 +265,22 @@ void add_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms&
         find_rows<reach>(pulses, tile, terms, p, lane_centre, rows);
         const Floats j = lane_in_group + lane_centre;
         const Floats bend = j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
+        const Floats even = lane_in_group * terms.slope[0][p] + bend;
         Complex phase = turn(terms.first[0][p] + j * (terms.first[1][p] + j * (terms.first[2][p] + j * terms.first[3][p])));
         Complex step = turn(terms.step[0][p] + j * (terms.step[1][p] + j * terms.step[2][p]));
         Complex step_change = turn(terms.step_change[0][p] + j * terms.step_change[1][p]);
         if (weights != nullptr) phase = phase * Complex{load(weights->re + group), load(weights->im + group)};
         const float* table = pulses.bins[p];
-        for (std::ptrdiff_t i = 0; i < tile.rows; ++i) {
-            const Rounded at = rounded(lane_in_group * rows.slope[i] + bend + rows.place[i]);
+        const std::ptrdiff_t n_row = tile.rows;
+#pragma GCC unroll 4
+        for (std::ptrdiff_t i = 0; i < n_row; ++i) {
+            const Floats across = gentle ? even : lane_in_group * rows.slope[i] + bend;
+            const Rounded at = lane_places<reach>(across + rows.place[i]);
             const LookUp<reach> bins(table, rows.first[i], bins_of<reach>(at.whole, rows.first[i], pulses.n_bin - 1));
             add_to(re + i * tile_lanes + group, im + i * tile_lanes + group, interpolated(bins, at.rest) * phase);
-            phase = phase * step;
-            step = step * step_change;
-            if constexpr (cubic) {
+            turn_by(phase, step);
+            turn_by(step, step_change);
+            if constexpr (!gentle) {
                 step_change.re -= bend_change * step_change.im;
                 step_change.im += bend_change * step_change.re;
             }
@@ -384,20 +411,21 @@ SARFOCUS_INLINE Weighting find_weights(const PulseGroup& pulses, const PlaneTile
     return Weighting::by_lane;
 }
 
-template <bool cubic>
+template <bool gentle>
 SARFOCUS_INLINE void add_pulse(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
                                const LaneWeights* weights, float* re, float* im) {
     const Reach reach = reach_of(terms, p, static_cast<float>(tile.rows - 1));
+    if (reach == Reach::single) return add_rows<Reach::single, gentle>(pulses, tile, terms, p, weights, re, im);
     if constexpr (narrowest_window == Reach::close) {
-        if (reach == Reach::close) return add_rows<Reach::close, cubic>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::close) return add_rows<Reach::close, gentle>(pulses, tile, terms, p, weights, re, im);
     }
     if constexpr (widest_window != Reach::anywhere) {
-        if (reach == Reach::near) return add_rows<Reach::near, cubic>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::near) return add_rows<Reach::near, gentle>(pulses, tile, terms, p, weights, re, im);
     }
     if constexpr (widest_window == Reach::far) {
-        if (reach == Reach::far) return add_rows<Reach::far, cubic>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::far) return add_rows<Reach::far, gentle>(pulses, tile, terms, p, weights, re, im);
     }
-    add_rows<Reach::anywhere, cubic>(pulses, tile, terms, p, weights, re, im);
+    add_rows<Reach::anywhere, gentle>(pulses, tile, terms, p, weights, re, im);
 }
 
 PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile& tile, const AspectTable* aspect, float* re, float* im) {
@@ -426,10 +454,10 @@ PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile&
             if (weighting != Weighting::by_lane) continue;
         }
         const LaneWeights* lane_weights = aspect != nullptr ? &weights : nullptr;
-        if (terms.bend_change[p] == 0.0f)
-            add_pulse<false>(pulses, tile, terms, p, lane_weights, re, im);
-        else
+        if (is_gentle(terms, p, static_cast<float>(tile.rows - 1)))
             add_pulse<true>(pulses, tile, terms, p, lane_weights, re, im);
+        else
+            add_pulse<false>(pulses, tile, terms, p, lane_weights, re, im);
     }
     return left;
 }

@@ -142,8 +142,9 @@ TEST(Backproject, WeightsEveryTermByItsDirection) {
                 else
                     sum += cdouble(weights.table[static_cast<std::size_t>(entry)]) * cdouble(terms(q, p));
             }
-            // Single precision of a sum of 48 terms up to 2; no direction lies within rounding of a border of two entries.
-            EXPECT_LT(std::abs(cdouble(image.data()[q]) - sum), 1e-4) << q;
+            // The sum takes some values from the cubic of a neighbouring bin: what both err by. No direction lies within rounding of a
+            // border of two entries, which would make a difference of 0.5 and more.
+            EXPECT_LT(std::abs(cdouble(image.data()[q]) - sum), 1e-3) << q;
         }
         EXPECT_GT(outside, 35);
     }

@@ -29,7 +29,7 @@ struct SharpnessOptions {
 };
 
 /// Least entropy -sum P ln P, P = |x|^2 / sum |x|^2. image, corrected, phase_error: as for `pga`. Estimated on the strongest range gates
-/// (512, or a quarter of them).
+/// (512, or the eighth of them).
 ///
 /// A sparse scene is sharpest with a phase that is wrong: noise is turned in line with the points, two points become one. So each half
 /// of the scene (range stripes) is judged with the phase of the other half, both estimated from the start; with nearly all information in
