@@ -54,9 +54,10 @@ def test_a_constant_and_a_line_of_the_error_are_the_gauge(seed: int, constant: f
     first, second = estimate(compressed(raw, phase)), estimate(compressed(raw, phase + line))
     found = np.isfinite(first.phase_std) & np.isfinite(second.phase_std)
     assert found.mean() > 0.8
-    # K differs by 0.3 % from gate to gate and other pixels of clutter lie in the windows: less than the error itself.
+    # K differs by 0.3 % from gate to gate and other pixels of clutter lie in the windows: of the order of the error itself, which a few
+    # slow waves make up. Of 400 random strips the difference is within 0.36 of what is stated for half, 1.7 for 99 %, 2.5 for all.
     stated = np.sqrt(np.mean(first.phase_std[found] ** 2))
-    assert rms((first.estimate - second.estimate)[found]) < 2 * stated + 0.02
+    assert rms((first.estimate - second.estimate)[found]) < 3 * stated + 0.02
     # Nobody is moved on average: the common shift stays in the image, by slope / (2 pi K) [Xie2023, eq. 4].
     expected = cycles / N * GEOMETRY.prf**2 / GEOMETRY.fm_rate(GATES // 2)
     apart = []
