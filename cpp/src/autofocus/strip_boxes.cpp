@@ -27,8 +27,9 @@ constexpr std::ptrdiff_t sections_per_aperture = 16;  // each with one candidate
 constexpr std::ptrdiff_t most_pieces = 64;            // of a gate, for its clutter
 
 using Lanes = std::array<double, lanes>;
-using Doubles = double __attribute__((vector_size(8 * lanes)));
-using Integers = std::int64_t __attribute__((vector_size(8 * lanes)));
+// Half the lanes: wider vectors than the processor has would be taken apart value by value.
+using Doubles = double __attribute__((vector_size(4 * lanes)));
+using Integers = std::int64_t __attribute__((vector_size(4 * lanes)));
 using Floats = float __attribute__((vector_size(4 * lanes)));
 
 // A gate's energy is not finite; which sample is at fault is found out afterwards.
@@ -110,21 +111,22 @@ struct Search {
 // intensities, `ratio` times what clutter alone would give.
 SARFOCUS_MULTIVERSION void look_for_box(const double* sums, const Search& search, const double* clutter, const double* per_clutter,
                                         Held& held) {
-    Doubles greatest = {};
-    Integers at_line = {};
-    for (std::ptrdiff_t u = search.begin; u < search.end; u += search.step) {
-        Doubles low;
-        Doubles high;
-        std::memcpy(&low, sums + u * lanes, sizeof low);
-        std::memcpy(&high, sums + (u + search.extent) * lanes, sizeof high);
-        const Doubles energy = high - low;
-        at_line = energy > greatest ? Integers{} + u : at_line;
-        greatest = energy > greatest ? energy : greatest;
-    }
+    Doubles greatest[2] = {};
+    Integers at_line[2] = {};
+    for (std::ptrdiff_t u = search.begin; u < search.end; u += search.step)
+        for (std::ptrdiff_t half = 0; half < 2; ++half) {
+            Doubles low;
+            Doubles high;
+            std::memcpy(&low, sums + u * lanes + half * lanes / 2, sizeof low);
+            std::memcpy(&high, sums + (u + search.extent) * lanes + half * lanes / 2, sizeof high);
+            const Doubles energy = high - low;
+            at_line[half] = energy > greatest[half] ? Integers{} + u : at_line[half];
+            greatest[half] = energy > greatest[half] ? energy : greatest[half];
+        }
     double best[lanes];
     std::int64_t where[lanes];
-    std::memcpy(best, &greatest, sizeof best);
-    std::memcpy(where, &at_line, sizeof where);
+    std::memcpy(best, greatest, sizeof best);
+    std::memcpy(where, at_line, sizeof where);
     const auto extent = static_cast<double>(search.extent);
     for (std::ptrdiff_t g = 0; g < lanes; ++g) {
         const double ratio = std::max(best[g] * per_clutter[g] / extent, 1.0);
@@ -174,9 +176,10 @@ public:
             per_clutter[at(g)] = 1.0 / clutter[at(g)];
         }
         std::fill(held_.begin(), held_.end(), Held{});
-        for (const std::ptrdiff_t extent : options.extents) {
-            if (extent > n_) continue;
-            for (std::ptrdiff_t s = 0; s < sections.count; ++s) {
+        // Section by section: its sums stay in the first cache for all extents.
+        for (std::ptrdiff_t s = 0; s < sections.count; ++s) {
+            for (const std::ptrdiff_t extent : options.extents) {
+                if (extent > n_) continue;
                 const std::ptrdiff_t end = std::min((s + 1) * sections.length, n_ - extent + 1);
                 const double looks = std::max(static_cast<double>(extent) / options.cell, 1.0);
                 look_for_box(sums_.data(), {s * sections.length, end, std::max<std::ptrdiff_t>(extent / 4, 1), extent, looks},
