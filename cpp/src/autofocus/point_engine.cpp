@@ -184,6 +184,7 @@ private:
     }
 
     void focus(const Phase& phase, const Look& look) {
+        if (!source_.is_large()) spare_ = {};  // forming all of an image takes memory of its own; fresh pages cost little here
         picture_->focus(phase, look);
         watch_.lap("form");
     }

@@ -44,6 +44,7 @@ double upper_intensity(const ImageView& image, std::ptrdiff_t pixels) {
     const std::ptrdiff_t above = pixels / step;
     if (above < least || 4 * above * step > image.size()) return 0.0;
     std::vector<double> values;
+    values.reserve(static_cast<std::size_t>(image.size() / step + 1));
     for (std::ptrdiff_t k = 0; k < image.size(); k += step) values.push_back(intensity(image, k / image.extent(1), k % image.extent(1)));
     const auto place = values.end() - above;
     std::nth_element(values.begin(), place, values.end());

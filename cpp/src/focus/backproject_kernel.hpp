@@ -84,16 +84,18 @@ struct PlaneTile {
     std::ptrdiff_t rows;
 };
 
-/// Pixels anywhere, as offsets from a centre in single precision. Every row of 16 lies within `box` of the straight line between its ends.
+/// Pixels anywhere, as offsets from a centre in single precision. Every run of pixels next to one another, as many as Kernels::run says,
+/// lies within its `box` of the straight line between its ends.
 struct PointTile {
     double centre[3];
     double radius;  ///< m, of the sphere round the centre that holds all pixels
     std::ptrdiff_t rows;
     alignas(64) float offset[3][TileShape::pixels];
     alignas(64) float square[TileShape::pixels];  ///< m^2, of the offset's length
-    alignas(64) float ends[2][3][TileShape::most_rows];
-    alignas(64) float box[3][TileShape::most_rows];
-    alignas(64) float length_square[TileShape::most_rows];  ///< m^2, of the line between the ends
+    static constexpr std::ptrdiff_t most_runs = TileShape::pixels / 8;
+    alignas(64) float ends[2][3][most_runs];
+    alignas(64) float box[3][most_runs];
+    alignas(64) float length_square[most_runs];  ///< m^2, of the line between the ends
 };
 
 /// Bit p: pulse p.
@@ -106,6 +108,7 @@ inline constexpr double series_phase_error = 5e-4;
 struct Kernels {
     const char* name;
     ProfileLayout layout;  ///< of the tables that they read
+    std::ptrdiff_t run;    ///< lanes whose bins are looked up together: 8 or 16
     /// re[i], im[i] += s(R_i) exp(+j 2 pi R_i cycles_per_metre)
     void (*gather)(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per_metre, bool monostatic, float* re, float* im);
     /// The same, every term times the entry of its direction.

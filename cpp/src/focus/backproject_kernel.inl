@@ -179,6 +179,7 @@ void locate(const PulseTable& pulse, const PixelBlock& pixels, double cycles_per
 
 }  // namespace
 
-const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, layout, &gather, &gather_weighted, &locate, &add_plane, &add_points};
+const Kernels SARFOCUS_KERNELS_NAME = {SARFOCUS_KERNELS_LABEL, layout,  run_lanes,  &gather,
+                                       &gather_weighted,       &locate, &add_plane, &add_points};
 
 }  // namespace sarfocus::focus::detail

@@ -277,7 +277,7 @@ void add_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms&
             const Floats across = gentle ? even : lane_in_group * rows.slope[i] + bend;
             const Rounded at = lane_places<reach>(across + rows.place[i]);
             const LookUp<reach> bins(table, rows.first[i], bins_of<reach>(at.whole, rows.first[i], pulses.n_bin - 1));
-            add_to(re + i * tile_lanes + group, im + i * tile_lanes + group, interpolated(bins, at.rest) * phase);
+            add_product(re + i * tile_lanes + group, im + i * tile_lanes + group, interpolated(bins, at.rest), phase);
             turn_by(phase, step);
             turn_by(step, step_change);
             if constexpr (!gentle) {

@@ -73,16 +73,20 @@ SARFOCUS_INLINE PointTerms find_point_terms(const PulseGroup& pulses, std::ptrdi
     return terms;
 }
 
-// Where the window of every row lies in the table, and what is to be taken off places for it.
-struct alignas(64) PointRows {
-    float shift[tile_rows];
-    float span[tile_rows];  // bins
-    std::int32_t first[tile_rows];
+constexpr std::ptrdiff_t run_lanes = widest_window == Reach::anywhere ? tile_lanes : width;
+constexpr std::ptrdiff_t tile_runs = TileShape::pixels / run_lanes;
+static_assert(tile_runs <= PointTile::most_runs);
+
+// Where the window of every run lies in the table, and what is to be taken off places for it.
+struct alignas(64) PointRuns {
+    float shift[tile_runs];
+    float span[tile_runs];  // bins
+    std::int32_t first[tile_runs];
 };
 
-// Along the line between a row's ends the range bends by at most length^2 / (8 D); off the line it changes by what the box allows.
+// Along the line between a run's ends the range bends by at most length^2 / (8 D); off the line it changes by what the box allows.
 template <bool monostatic>
-SARFOCUS_INLINE void find_point_rows(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, PointRows& rows) {
+SARFOCUS_INLINE void find_point_runs(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, PointRuns& runs) {
     const auto bins = static_cast<float>(pulses.bins_per_metre);
     const std::int32_t begin = terms.chunk * ProfileLayout::chunk;
     const std::int32_t last = pulses.n_bin - window_bins(widest_window);
@@ -95,7 +99,7 @@ SARFOCUS_INLINE void find_point_rows(const PulseGroup& pulses, const PointTile& 
         direction[a] += 2.0f * curvature * radius;  // by which the direction differs over the tile at most, and more
     }
 #pragma omp simd
-    for (std::int32_t i = 0; i < tile_rows; ++i) {
+    for (std::int32_t i = 0; i < tile_runs; ++i) {
         float at[2];
         for (std::ptrdiff_t e = 0; e < 2; ++e) {
             const float x = tile.ends[e][0][i], y = tile.ends[e][1][i], z = tile.ends[e][2][i];
@@ -105,54 +109,87 @@ SARFOCUS_INLINE void find_point_rows(const PulseGroup& pulses, const PointTile& 
                                   0.5f * curvature * tile.length_square[i]) +
                           window_margin;
         const float low = (at[0] < at[1] ? at[0] : at[1]) - off;
-        rows.span[i] = (at[0] < at[1] ? at[1] : at[0]) + off - low + 3.0f * window_margin;
+        runs.span[i] = (at[0] < at[1] ? at[1] : at[0]) + off - low + 3.0f * window_margin;
         const float block = window_of(low - 0.5f);
         std::int32_t first = begin + static_cast<std::int32_t>(block) * window_step;
         first = first < 0 ? 0 : first;
-        rows.first[i] = place_in_table(first > last ? last : first);
-        rows.shift[i] = block * window_step;
+        runs.first[i] = place_in_table(first > last ? last : first);
+        runs.shift[i] = block * window_step;
     }
 }
 
-template <bool monostatic, Reach reach>
-SARFOCUS_INLINE void add_point_row(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, const float* table,
-                                   std::int32_t first, float shift, std::ptrdiff_t row, float* re, float* im) {
+// Vectors that are summed side by side: each is one long chain of steps, and half of the time would be waiting for the step before.
+constexpr std::ptrdiff_t vectors_at_once = width == 8 ? 4 : 1;
+
+// Where the bins of some vectors are to be found.
+struct VectorPlaces {
+    const float* table;
+    std::int32_t first[vectors_at_once];
+    float shift[vectors_at_once];
+};
+
+// The sums over `count` vectors from pixel `begin` on.
+template <bool monostatic, Reach reach, std::ptrdiff_t count>
+SARFOCUS_INLINE void add_vectors(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, const VectorPlaces& places,
+                                 std::ptrdiff_t begin, float* re, float* im) {
     const auto bins = static_cast<float>(pulses.bins_per_metre);
     const auto cycles = static_cast<float>(pulses.cycles_per_metre);
-    for (std::ptrdiff_t k = row * tile_lanes; k < (row + 1) * tile_lanes; k += width) {
-        const Floats farther = farther_by<monostatic>(terms, load(tile.offset[0] + k), load(tile.offset[1] + k), load(tile.offset[2] + k),
-                                                      load(tile.square + k));
-        const Rounded at = rounded(farther * bins + (terms.place - shift));
-        const LookUp<reach> window(table, first, bins_of<reach>(at.whole, first, pulses.n_bin - 1));
-        add_to(re + k, im + k, interpolated(window, at.rest) * quick_turn(farther * cycles + terms.phase));
+    Floats farther[count];
+    Complex value[count];
+    Complex phase[count];
+    for (std::ptrdiff_t v = 0; v < count; ++v) {
+        const std::ptrdiff_t k = begin + v * width;
+        farther[v] = farther_by<monostatic>(terms, load(tile.offset[0] + k), load(tile.offset[1] + k), load(tile.offset[2] + k),
+                                            load(tile.square + k));
     }
+    quick_turns(farther, cycles, terms.phase, phase);
+    for (std::ptrdiff_t v = 0; v < count; ++v) {
+        const Rounded at = rounded(farther[v] * bins + (terms.place - places.shift[v]));
+        const std::int32_t first = places.first[v];
+        value[v] = interpolated(LookUp<reach>(places.table, first, bins_of<reach>(at.whole, first, pulses.n_bin - 1)), at.rest);
+    }
+    for (std::ptrdiff_t v = 0; v < count; ++v) add_product(re + begin + v * width, im + begin + v * width, value[v], phase[v]);
+}
+
+template <bool monostatic, std::ptrdiff_t count>
+SARFOCUS_INLINE void add_vectors_within(Reach reach, const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms,
+                                        const VectorPlaces& places, std::ptrdiff_t begin, float* re, float* im) {
+    if constexpr (narrowest_window == Reach::close) {
+        if (reach == Reach::close) return add_vectors<monostatic, Reach::close, count>(pulses, tile, terms, places, begin, re, im);
+    }
+    if constexpr (widest_window != Reach::anywhere) {
+        if (reach == Reach::near) return add_vectors<monostatic, Reach::near, count>(pulses, tile, terms, places, begin, re, im);
+    }
+    if constexpr (widest_window == Reach::far) {
+        if (reach == Reach::far) return add_vectors<monostatic, Reach::far, count>(pulses, tile, terms, places, begin, re, im);
+    }
+    VectorPlaces anywhere{places.table, {}, {}};
+    for (std::int32_t& first : anywhere.first) first = terms.chunk * ProfileLayout::chunk;
+    add_vectors<monostatic, Reach::anywhere, count>(pulses, tile, terms, anywhere, begin, re, im);
 }
 
 template <bool monostatic>
-void add_point_rows(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, std::ptrdiff_t p, float* re, float* im) {
-    PointRows rows;
-    find_point_rows<monostatic>(pulses, tile, terms, rows);
-    const float* table = pulses.bins[p];
-    for (std::ptrdiff_t i = 0; i < tile.rows; ++i) {
-        if constexpr (narrowest_window == Reach::close) {
-            if (reach_of_span(rows.span[i]) == Reach::close) {
-                add_point_row<monostatic, Reach::close>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
-                continue;
-            }
+void add_point_runs(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, std::ptrdiff_t p, float* re, float* im) {
+    PointRuns runs;
+    if constexpr (widest_window != Reach::anywhere) find_point_runs<monostatic>(pulses, tile, terms, runs);
+    constexpr std::ptrdiff_t vectors_of_a_run = run_lanes / width;
+    const std::ptrdiff_t n_vector = tile.rows * (tile_lanes / width);
+    std::ptrdiff_t v = 0;
+    for (; v + vectors_at_once <= n_vector; v += vectors_at_once) {
+        VectorPlaces places{pulses.bins[p], {}, {}};
+        float span = 0.0f;
+        for (std::ptrdiff_t k = 0; k < vectors_at_once; ++k) {
+            const std::ptrdiff_t run = (v + k) / vectors_of_a_run;
+            places.first[k] = runs.first[run];
+            places.shift[k] = runs.shift[run];
+            span = runs.span[run] > span ? runs.span[run] : span;
         }
-        if constexpr (widest_window != Reach::anywhere) {
-            if (reach_of_span(rows.span[i]) == Reach::near) {
-                add_point_row<monostatic, Reach::near>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
-                continue;
-            }
-        }
-        if constexpr (widest_window == Reach::far) {
-            if (reach_of_span(rows.span[i]) == Reach::far) {
-                add_point_row<monostatic, Reach::far>(pulses, tile, terms, table, rows.first[i], rows.shift[i], i, re, im);
-                continue;
-            }
-        }
-        add_point_row<monostatic, Reach::anywhere>(pulses, tile, terms, table, terms.chunk * ProfileLayout::chunk, 0.0f, i, re, im);
+        add_vectors_within<monostatic, vectors_at_once>(reach_of_span(span), pulses, tile, terms, places, v * width, re, im);
+    }
+    for (; v < n_vector; ++v) {
+        const std::ptrdiff_t run = v / vectors_of_a_run;
+        const VectorPlaces places{pulses.bins[p], {runs.first[run]}, {runs.shift[run]}};
+        add_vectors_within<monostatic, 1>(reach_of_span(runs.span[run]), pulses, tile, terms, places, v * width, re, im);
     }
 }
 
@@ -166,9 +203,9 @@ PulseMask add_points(const PulseGroup& pulses, PulseMask wanted, const PointTile
         if (!(terms.error <= series_phase_error))
             left |= bit;
         else if (pulses.monostatic)
-            add_point_rows<true>(pulses, tile, terms, p, re, im);
+            add_point_runs<true>(pulses, tile, terms, p, re, im);
         else
-            add_point_rows<false>(pulses, tile, terms, p, re, im);
+            add_point_runs<false>(pulses, tile, terms, p, re, im);
     }
     return left;
 }

@@ -78,7 +78,7 @@ std::array<std::ptrdiff_t, 2> TileLattice::pixel(std::ptrdiff_t row, std::ptrdif
 
 Vector3 TileLattice::position(std::ptrdiff_t row, std::ptrdiff_t lane) const {
     const auto at = pixel(row, lane);
-    if (cosine_.empty()) return grid_.position(static_cast<double>(at[0]), static_cast<double>(at[1]));
+    if (cosine_.empty()) return grid_.pixel_position(at[0], at[1]);
     const auto& [centre, range_direction, azimuth_direction] = grid_.vectors();
     const double range = grid_.polar_axes()[0] + static_cast<double>(at[1]) * grid_.polar_axes()[1];
     const auto angle = static_cast<std::size_t>(at[0]);
@@ -97,9 +97,11 @@ PlaneTile TileLattice::plane_tile(std::ptrdiff_t first_row, std::ptrdiff_t rows,
     return tile;
 }
 
-void TileLattice::fill(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdiff_t first_lane, PointTile& tile) const {
+void TileLattice::fill(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdiff_t first_lane, std::ptrdiff_t run,
+                       PointTile& tile) const {
+    const bool whole = contains(first_row + rows - 1, first_lane + tile_lanes - 1);
     const auto nearest_pixel = [&](std::ptrdiff_t row, std::ptrdiff_t lane) {  // in place of those outside the image
-        if (contains(row, lane)) return position(row, lane);
+        if (whole || contains(row, lane)) return position(row, lane);
         return contains(row, first_lane) ? position(row, first_lane) : position(first_row, first_lane);
     };
     const Vector3 centre = nearest_pixel(first_row + rows / 2, first_lane + tile_lanes / 2);
@@ -117,18 +119,18 @@ void TileLattice::fill(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdi
         }
     }
     tile.radius = std::sqrt(most);
-    for (std::ptrdiff_t i = 0; i < TileShape::most_rows; ++i) {
-        const std::ptrdiff_t k = std::min(i, rows - 1) * tile_lanes;
+    for (std::ptrdiff_t i = 0; i < TileShape::pixels / run; ++i) {
+        const std::ptrdiff_t k = std::min(i * run, rows * tile_lanes - run);
         tile.length_square[i] = 0.0f;
         for (std::size_t d = 0; d < 3; ++d) {
             const float* x = tile.offset[d] + k;
-            const float along = (x[tile_lanes - 1] - x[0]) / (tile_lanes - 1);
+            const float along = (x[run - 1] - x[0]) / static_cast<float>(run - 1);
             float off = 0.0f;
-            for (std::ptrdiff_t j = 0; j < tile_lanes; ++j) off = std::max(off, std::abs(x[j] - x[0] - static_cast<float>(j) * along));
+            for (std::ptrdiff_t j = 0; j < run; ++j) off = std::max(off, std::abs(x[j] - x[0] - static_cast<float>(j) * along));
             tile.ends[0][d][i] = x[0];
-            tile.ends[1][d][i] = x[tile_lanes - 1];
+            tile.ends[1][d][i] = x[run - 1];
             tile.box[d][i] = off;
-            tile.length_square[i] += (x[tile_lanes - 1] - x[0]) * (x[tile_lanes - 1] - x[0]);
+            tile.length_square[i] += (x[run - 1] - x[0]) * (x[run - 1] - x[0]);
         }
     }
 }
@@ -164,7 +166,7 @@ void TileSum::add_tile(const PulseGroup& pulses, PulseMask wanted, const Part& p
 }
 
 void TileSum::add_points(const PulseGroup& pulses, PulseMask wanted, const Part& part, TileMemory& own) const {
-    lattice_.fill(part.first_row, part.rows, part.first_lane, own.points);
+    lattice_.fill(part.first_row, part.rows, part.first_lane, kernels_.run, own.points);
     const PulseMask left = kernels_.add_points(pulses, wanted, own.points, part.re, part.im);
     if (left == 0) return;
     const std::ptrdiff_t half = part.rows / 2;

@@ -42,7 +42,7 @@ public:
 
     [[nodiscard]] bool is_plane() const { return grid_.kind() == geometry::ImageGrid::Kind::plane; }
     [[nodiscard]] PlaneTile plane_tile(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdiff_t first_lane) const;
-    void fill(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdiff_t first_lane, PointTile& tile) const;
+    void fill(std::ptrdiff_t first_row, std::ptrdiff_t rows, std::ptrdiff_t first_lane, std::ptrdiff_t run, PointTile& tile) const;
 
 private:
     enum class Lanes { along_azimuth, along_range, folded };

@@ -35,6 +35,12 @@ public:
 
     /// Position of pixel (i, j); fractional indices interpolate plane and polar grids exactly (for `points` they are rounded).
     [[nodiscard]] Vector3 position(double i, double j) const;
+    /// The same of a pixel of the grid, 0 <= i < n_azimuth, 0 <= j < n_range, without checks: the fast way to many positions.
+    [[nodiscard]] Vector3 pixel_position(std::ptrdiff_t i, std::ptrdiff_t j) const {
+        if (kind_ != Kind::points) return position(static_cast<double>(i), static_cast<double>(j));
+        const double* p = points_.data() + 3 * (i * shape_[1] + j);
+        return {p[0], p[1], p[2]};
+    }
 
     /// Positions of row i, columns [0, n_range), into xyz[3 * j + axis].
     void row_positions(std::ptrdiff_t i, double* xyz) const;
