@@ -93,9 +93,9 @@ void Brightest::add(const ImageView& image, const Execution& execution) {
 std::vector<JudgedPoint> Brightest::places(const std::vector<std::ptrdiff_t>& gates, const std::vector<bool>& inner, const PlaceRule& rule,
                                            const Execution& execution) const {
     const std::ptrdiff_t n = power_.extent(0);
-    Array<bool, 2> mask(power_.extents());
-    for (std::ptrdiff_t i = 0; i < n; ++i)
-        for (std::ptrdiff_t j = 0; j < power_.extent(1); ++j) mask(i, j) = inner[at(j)];
+    Array<bool, 1> counts({power_.extent(1)});
+    std::copy(inner.begin(), inner.end(), counts.begin());
+    const ArrayView<const bool, 2> mask(counts.data(), power_.extents(), {0, 1});  // alike for all azimuth lines
     detect::LocalMaximaOptions options;
     options.half_width = {1, 0};
     // The brightest speckle of so many pixels and images; one scene of 150 has one brighter by chance.
@@ -103,7 +103,7 @@ std::vector<JudgedPoint> Brightest::places(const std::vector<std::ptrdiff_t>& ga
     const auto looks = static_cast<double>(power_.size()) * images_;
     options.minimum = background_ * (std::log(looks) + chance);
     options.execution = execution;
-    const std::vector<detect::Point> maxima = detect::local_maxima(power_.view(), options, mask.view());
+    const std::vector<detect::Point> maxima = detect::local_maxima(power_.view(), options, mask);
     std::vector<JudgedPoint> out;
     for (const detect::Point& p : maxima) {
         if (out.size() == most_places || (!out.empty() && p.intensity < dynamic_range * out.front().power)) break;

@@ -153,19 +153,18 @@ std::unique_ptr<Picture> SpectrumSource::picture(const PictureRequest& request, 
 
 void SpectrumSource::form(const std::vector<double>& phase, MutableImageView image, const Execution& execution) {
     const std::vector<cfloat> factor = factors(phase);
-    const std::ptrdiff_t n_gate = spectrum_.extent(0);
-    const std::ptrdiff_t gates = std::min(focus::gates_of_a_block(n_azimuth_), n_gate);
-    GateBlocks blocks(gates, n_azimuth_, execution);
-    parallel_for(execution, "form", (n_gate + gates - 1) / gates, [&](std::int64_t b) {
-        const std::ptrdiff_t begin = b * gates;
-        const std::ptrdiff_t count = std::min(gates, n_gate - begin);
+    const focus::BlocksOfGates gates(image, image);
+    GateBlocks blocks(gates.width(), n_azimuth_, execution);
+    parallel_for(execution, "form", gates.count(), [&](std::int64_t b) {
+        const std::ptrdiff_t begin = gates.first(b);
+        const std::ptrdiff_t count = gates.gates(b);
         focus::GateBlock& block = blocks.mine();
         for (std::ptrdiff_t g = 0; g < count; ++g) {
             cfloat* line = block.gate(g);
             for (std::ptrdiff_t k = 0; k < n_azimuth_; ++k) line[k] = spectrum_(begin + g, k) * factor[at(k)];
             inverse_.execute(line);
         }
-        block.store(image.slice(1, begin, count));
+        block.store(image.slice(1, begin, count), gates.past_cache());
     });
 }
 
@@ -247,11 +246,11 @@ void correct_spectrum(const ImageView& image, const std::vector<double>& phase, 
     const fft::Plan<float> inverse(n, fft::Direction::inverse);
     const bool measured = before != nullptr && after != nullptr;
     std::vector<std::array<quality::EntropySums, 2>> sums(measured ? at(image.extent(1)) : 0);
-    const std::ptrdiff_t gates = std::min(focus::gates_of_a_block(n), image.extent(1));
-    GateBlocks blocks(gates, n, execution);
-    parallel_for(execution, "correct", (image.extent(1) + gates - 1) / gates, [&](std::int64_t b) {
-        const std::ptrdiff_t begin = b * gates;
-        const std::ptrdiff_t count = std::min(gates, image.extent(1) - begin);
+    const focus::BlocksOfGates gates(image, corrected);
+    GateBlocks blocks(gates.width(), n, execution);
+    parallel_for(execution, "correct", gates.count(), [&](std::int64_t b) {
+        const std::ptrdiff_t begin = gates.first(b);
+        const std::ptrdiff_t count = gates.gates(b);
         focus::GateBlock& block = blocks.mine();
         block.load(image.slice(1, begin, count));
         for (std::ptrdiff_t g = 0; g < count; ++g) {
@@ -262,7 +261,7 @@ void correct_spectrum(const ImageView& image, const std::vector<double>& phase, 
             inverse.execute(line);
             if (measured) sums[at(begin + g)][1] = quality::entropy_sums(line, n);
         }
-        block.store(corrected.slice(1, begin, count));
+        block.store(corrected.slice(1, begin, count), gates.past_cache());
     });
     for (const auto& gate : sums) {
         *before += gate[0];

@@ -52,19 +52,18 @@ template <class Work>
 void walk_gates(const ImageView& from, const char* from_name, const MutableImageView& to, const char* phase, const Execution& execution,
                 const Work& work) {
     const std::ptrdiff_t n = from.extent(0);
-    const std::ptrdiff_t n_range = from.extent(1);
-    const std::ptrdiff_t gates = std::min(gates_of_a_block(n), n_range);
+    const BlocksOfGates blocks(from, to);
     std::vector<std::unique_ptr<GateBlock>> workspaces(static_cast<std::size_t>(resolve_threads(execution.threads)));
     std::atomic<bool> finite{true};
-    parallel_for(execution, phase, (n_range + gates - 1) / gates, [&](std::int64_t b) {
+    parallel_for(execution, phase, blocks.count(), [&](std::int64_t b) {
         auto& workspace = workspaces[static_cast<std::size_t>(omp_get_thread_num())];
-        if (!workspace) workspace = std::make_unique<GateBlock>(gates, n);
-        const std::ptrdiff_t first = b * gates;
-        const std::ptrdiff_t count = std::min(gates, n_range - first);
+        if (!workspace) workspace = std::make_unique<GateBlock>(blocks.width(), n);
+        const std::ptrdiff_t first = blocks.first(b);
+        const std::ptrdiff_t count = blocks.gates(b);
         workspace->load(from.slice(1, first, count));
         for (std::ptrdiff_t g = 0; g < count; ++g)
             if (!work(workspace->gate(g), first + g)) finite = false;
-        if (finite) workspace->store(to.slice(1, first, count));
+        if (finite) workspace->store(to.slice(1, first, count), blocks.past_cache());
     });
     if (!finite) throw_not_finite(from, from_name, execution.threads);
 }

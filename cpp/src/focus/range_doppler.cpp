@@ -48,15 +48,14 @@ void require_echo(const ImageView& echo, const StripmapGeometry& geometry, const
 void transform_columns(const ImageView& from, const MutableImageView& to, fft::Direction direction, const char* phase,
                        const Execution& execution, std::atomic<bool>& finite) {
     const std::ptrdiff_t n = from.extent(0);
-    const std::ptrdiff_t n_column = from.extent(1);
     const fft::Plan<float> plan(n, direction);
-    const std::ptrdiff_t width = std::min(gates_of_a_block(n), n_column);
+    const BlocksOfGates blocks(from, to);
     std::vector<std::unique_ptr<GateBlock>> workspaces(static_cast<std::size_t>(resolve_threads(execution.threads)));
-    parallel_for(execution, phase, (n_column + width - 1) / width, [&](std::int64_t b) {
+    parallel_for(execution, phase, blocks.count(), [&](std::int64_t b) {
         auto& workspace = workspaces[static_cast<std::size_t>(omp_get_thread_num())];
-        if (!workspace) workspace = std::make_unique<GateBlock>(width, n);
-        const std::ptrdiff_t first = b * width;
-        const std::ptrdiff_t count = std::min(width, n_column - first);
+        if (!workspace) workspace = std::make_unique<GateBlock>(blocks.width(), n);
+        const std::ptrdiff_t first = blocks.first(b);
+        const std::ptrdiff_t count = blocks.gates(b);
         workspace->load(from.slice(1, first, count));
         for (std::ptrdiff_t g = 0; g < count; ++g) {
             cfloat* line = workspace->gate(g);
@@ -64,7 +63,7 @@ void transform_columns(const ImageView& from, const MutableImageView& to, fft::D
             // Bin 0 is the sum of the line: one NaN or infinity anywhere is seen there.
             if (!is_finite(line[0])) finite = false;
         }
-        workspace->store(to.slice(1, first, count));
+        workspace->store(to.slice(1, first, count), blocks.past_cache());
     });
 }
 
