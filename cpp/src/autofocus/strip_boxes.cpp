@@ -13,6 +13,7 @@
 #include <sarfocus/core/array.hpp>
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/error.hpp>
+#include <sarfocus/core/intensities.hpp>
 #include <sarfocus/core/logarithm.hpp>
 #include <sarfocus/core/multiversion.hpp>
 
@@ -30,7 +31,7 @@ using Lanes = std::array<double, lanes>;
 // Half the lanes: wider vectors than the processor has would be taken apart value by value.
 using Doubles = double __attribute__((vector_size(4 * lanes)));
 using Integers = std::int64_t __attribute__((vector_size(4 * lanes)));
-using Floats = float __attribute__((vector_size(4 * lanes)));
+using Floats = sarfocus::detail::EightFloats;
 
 // A gate's energy is not finite; which sample is at fault is found out afterwards.
 class NotFinite : public std::exception {};
@@ -39,7 +40,7 @@ inline __attribute__((always_inline)) float intensity_of(const float* sample) {
     return sample[0] * sample[0] + sample[1] * sample[1];
 }
 
-// 8 x 8 floats, rows for columns.
+// 8 x 8 floats, columns of samples in the order of `eight_intensities` for rows.
 inline __attribute__((always_inline)) void transpose(const float* from, std::ptrdiff_t pitch, float* to) {
     Floats a[lanes];
     Floats b[lanes];
@@ -56,7 +57,7 @@ inline __attribute__((always_inline)) void transpose(const float* from, std::ptr
         b[2 * i] = __builtin_shufflevector(a[i], a[i + 4], 0, 8, 1, 9, 2, 10, 3, 11);
         b[2 * i + 1] = __builtin_shufflevector(a[i], a[i + 4], 4, 12, 5, 13, 6, 14, 7, 15);
     }
-    std::memcpy(to, b, sizeof b);
+    for (std::ptrdiff_t i = 0; i < lanes; ++i) std::memcpy(to + sarfocus::detail::sample_of_lane[i] * lanes, &b[i], sizeof b[i]);
 }
 
 // Intensities of a tile [rows_of_a_tile, lanes] from gates that lie `pitch` samples apart, each contiguous.
@@ -64,7 +65,11 @@ SARFOCUS_MULTIVERSION void tile_of_gates(const cfloat* first, std::ptrdiff_t pit
     float gates[lanes * rows_of_a_tile];
     for (std::ptrdiff_t g = 0; g < lanes; ++g) {
         const auto* x = reinterpret_cast<const float*>(first + g * pitch);
-        for (std::ptrdiff_t i = 0; i < rows_of_a_tile; ++i) gates[g * rows_of_a_tile + i] = intensity_of(x + 2 * i);
+        for (std::ptrdiff_t i = 0; i < rows_of_a_tile; i += lanes) {
+            Floats intensity;
+            sarfocus::detail::eight_intensities(x + 2 * i, intensity);
+            std::memcpy(gates + g * rows_of_a_tile + i, &intensity, sizeof intensity);
+        }
     }
     for (std::ptrdiff_t i = 0; i < rows_of_a_tile; i += lanes) transpose(gates + i, rows_of_a_tile, tile + i * lanes);
 }

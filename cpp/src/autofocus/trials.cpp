@@ -9,7 +9,6 @@
 #include <optional>
 
 #include <sarfocus/core/error.hpp>
-#include <sarfocus/core/memory.hpp>
 
 #include "gate_stripes.hpp"
 #include "strip_lines.hpp"
@@ -113,8 +112,6 @@ void estimate_from(const Subject& whole, const std::vector<std::ptrdiff_t>& gate
         const Clock::time_point start = Clock::now();
         phases[m][from] = phase_from(part.subject(), methods[m], part.pixels(), execution);
         part.load(whole.image, gates, execution);
-        // Or what one method leaves free in pieces would add to what the next one takes, more or less by chance.
-        sarfocus::detail::give_back_free_memory();
         methods[m].trial.seconds += seconds_since(start);
     }
 }
@@ -168,7 +165,6 @@ HeldOutScores score_held_out(const Subject& subject, const std::vector<const Met
         Judged set(part.subject(), stripes.gates[judged], stripes.inner[judged], rule, centre, execution);
         points[judged] = judge(set, 1 - judged, phases, out.methods);
     }
-    sarfocus::detail::give_back_free_memory();
     for (std::size_t m = 0; m < out.methods.size(); ++m)
         if (phases[m][0].has_value() && phases[m][1].has_value()) finish(out.methods[m]);
     out.decides = points[0] > 0 && points[1] > 0 && points[0] + points[1] >= fewest_points;

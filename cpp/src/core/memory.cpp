@@ -6,9 +6,6 @@
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/mman.h>
 #endif
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 namespace sarfocus::detail {
 namespace {
@@ -49,12 +46,6 @@ void release(void* memory, std::size_t bytes) noexcept {
         unmap_pages(memory, bytes);
     else
         ::operator delete(memory, std::align_val_t{memory_alignment});
-}
-
-void give_back_free_memory() noexcept {
-#if defined(__GLIBC__)
-    (void)::malloc_trim(0);
-#endif
 }
 
 }  // namespace sarfocus::detail

@@ -43,6 +43,10 @@ SARFOCUS_MULTIVERSION void phase_factors(const double* shape, std::ptrdiff_t n, 
     }
 }
 
+void mirror(cfloat* line, std::ptrdiff_t n) {
+    std::reverse_copy(line + 1, line + (n + 1) / 2, line + n / 2 + 1);
+}
+
 SARFOCUS_MULTIVERSION void multiply(cfloat* samples, const cfloat* factor, std::ptrdiff_t n) {
     for (std::ptrdiff_t k = 0; k < n; ++k) samples[k] = product(samples[k], factor[k]);
 }

@@ -12,6 +12,9 @@ void apply_phase(cfloat* samples, const double* shape, std::ptrdiff_t n, double 
 /// factor[k] = scale * exp(2j pi rate shape[k]), k < n. Error as above.
 void phase_factors(const double* shape, std::ptrdiff_t n, double rate, float scale, cfloat* factor);
 
+/// line[n - k] = line[k], 0 < k < n / 2.
+void mirror(cfloat* line, std::ptrdiff_t n);
+
 /// samples[k] *= factor[k], or its conjugate, k < n.
 void multiply(cfloat* samples, const cfloat* factor, std::ptrdiff_t n);
 void multiply_conjugate(cfloat* samples, const cfloat* factor, std::ptrdiff_t n);

@@ -24,12 +24,12 @@ namespace {
 
 using geometry::StripmapGeometry;
 
-// (f - fdc)^2 of every bin, Hz^2.
+// (f - fdc)^2 of every bin, Hz^2. Without a centroid bins k and n - k have the same.
 std::vector<double> squared_frequencies(const StripmapGeometry& geometry, std::ptrdiff_t n) {
     std::vector<double> out(static_cast<std::size_t>(n));
     const double centroid = geometry.doppler_centroid / geometry.prf;
     for (std::ptrdiff_t k = 0; k < n; ++k) {
-        const double cycles = static_cast<double>(k) / static_cast<double>(n) - centroid;
+        const double cycles = static_cast<double>(2 * k <= n ? k : k - n) / static_cast<double>(n) - centroid;
         const double offset = geometry.prf * (cycles - std::floor(cycles + 0.5));
         out[static_cast<std::size_t>(k)] = offset * offset;
     }
@@ -169,10 +169,12 @@ void correct(const ImageView& image, const StripmapGeometry& geometry, const Fac
     const fft::Plan<float> inverse(n, fft::Direction::inverse);
     const std::vector<double> f2 = squared_frequencies(geometry, n);
     const float scale = 1.0f / static_cast<float>(n);
+    const bool even = geometry.doppler_centroid == 0.0;
     LineWorkspaces filters(options.execution, n);
     walk_gates(image, "image", corrected, "correct", options.execution, [&](cfloat* line, std::ptrdiff_t gate) {
         cfloat* filter = filters.line();
-        phase_factors(f2.data(), n, 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate)), scale, filter);
+        phase_factors(f2.data(), even ? n / 2 + 1 : n, 0.5 / geometry.fm_rate(static_cast<std::size_t>(gate)), scale, filter);
+        if (even) mirror(filter, n);
         if (options.before) options.before(gate, line);
         forward.execute(line);
         if (!is_finite(line[0])) return false;

@@ -2,10 +2,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <numbers>
 
+#include <sarfocus/core/intensities.hpp>
 #include <sarfocus/core/logarithm.hpp>
 #include <sarfocus/core/multiversion.hpp>
 #include <sarfocus/quality/image_measures.hpp>
@@ -17,20 +17,9 @@ constexpr std::ptrdiff_t lanes = 8;          // double precision
 constexpr std::ptrdiff_t narrow_lanes = 16;  // single
 
 // Of the narrow lanes, half a vector of 512 bits: wider ones than the processor has would be taken apart value by value.
-using Floats = float __attribute__((vector_size(2 * narrow_lanes)));
+using Floats = sarfocus::detail::EightFloats;
 using Integers = std::int32_t __attribute__((vector_size(2 * narrow_lanes)));
 using Bits = std::uint32_t __attribute__((vector_size(2 * narrow_lanes)));
-
-// Intensities of eight samples, in the order in which two vectors are put together at the least expense: 0 1 4 5 2 3 6 7.
-inline __attribute__((always_inline)) void intensities(const float* samples, Floats& out) {
-    Floats a;
-    Floats b;
-    std::memcpy(&a, samples, sizeof a);
-    std::memcpy(&b, samples + narrow_lanes / 2, sizeof b);
-    const Floats re = __builtin_shufflevector(a, b, 0, 2, 8, 10, 4, 6, 12, 14);
-    const Floats im = __builtin_shufflevector(a, b, 1, 3, 9, 11, 5, 7, 13, 15);
-    out = re * re + im * im;
-}
 
 // Exponent and mantissa of x >= 0 in [sqrt(1/2), sqrt(2)); finite for 0.
 inline __attribute__((always_inline)) void split(const Floats& x, Floats& exponent, Floats& mantissa) {
@@ -91,7 +80,7 @@ SARFOCUS_MULTIVERSION EntropySums narrow_sums(const cfloat* samples, std::ptrdif
         for (std::ptrdiff_t i = begin; i < std::min(begin + run, whole); i += narrow_lanes)
             for (std::ptrdiff_t v = 0; v < 2; ++v) {
                 Floats intensity;
-                intensities(x + 2 * i + v * narrow_lanes, intensity);
+                sarfocus::detail::eight_intensities(x + 2 * i + v * narrow_lanes, intensity);
                 Floats exponent;
                 Floats mantissa;
                 split(intensity, exponent, mantissa);
@@ -101,13 +90,11 @@ SARFOCUS_MULTIVERSION EntropySums narrow_sums(const cfloat* samples, std::ptrdif
                 logarithm_of_mantissa(mantissa, logarithm);
                 r[v] += intensity * logarithm;
             }
-        for (std::size_t l = 0; l < power.size(); ++l) {
-            constexpr std::array<std::size_t, narrow_lanes / 2> place{0, 1, 4, 5, 2, 3, 6, 7};  // of a sample in `intensities`
-            const std::size_t v = l / place.size();
-            const std::size_t w = place[l % place.size()];
-            power[l] += static_cast<double>(p[v][w]);
-            doublings[l] += static_cast<double>(d[v][w]);
-            rest[l] += static_cast<double>(r[v][w]);
+        for (std::ptrdiff_t l = 0; l < narrow_lanes; ++l) {
+            const auto k = static_cast<std::size_t>(l / 8 * 8 + sarfocus::detail::sample_of_lane[l % 8]);
+            power[k] += static_cast<double>(p[l / 8][l % 8]);
+            doublings[k] += static_cast<double>(d[l / 8][l % 8]);
+            rest[k] += static_cast<double>(r[l / 8][l % 8]);
         }
     }
     EntropySums out;

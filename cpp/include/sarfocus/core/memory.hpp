@@ -17,9 +17,5 @@ namespace detail {
 /// bytes: as they were asked for.
 SARFOCUS_API void release(void* memory, std::size_t bytes) noexcept;
 
-/// Gives back to the system what smaller blocks, of any owner, have left free and the allocator keeps for later, where it can be asked to:
-/// after work in many pieces, before other work in many pieces of other sizes.
-SARFOCUS_API void give_back_free_memory() noexcept;
-
 }  // namespace detail
 }  // namespace sarfocus
