@@ -5,7 +5,8 @@
 
 namespace sarfocus::detail {
 
-/// Eight values, a register of AVX2; half of one of AVX-512, since wider vectors than the processor has would be taken apart value by value.
+/// Eight values, a register of AVX2; half of one of AVX-512, since wider vectors than the processor has would be taken apart value by
+/// value.
 using EightFloats = float __attribute__((vector_size(8 * sizeof(float))));
 
 /// Which of eight samples a lane of `eight_intensities` is of: the order in which two registers are put together at the least expense.
