@@ -72,8 +72,9 @@ SARFOCUS_INLINE Indices integers(Indices whole) {
 // one register (AVX-512: two), of one twice as wide, or anywhere.
 enum class Reach { single, close, near, far, anywhere };
 
-// Coefficients of the bins `index`. They count from the bin where the window begins, and only their low bits are looked at; where the reach
-// is `anywhere`, they count from bin 0. first: where that bin's first coefficient lies in the table.
+// Coefficients of the bins `index`. They count from the bin where the window begins, and only their low bits are looked at: where they lie
+// outside of it, it holds zeros alone. Where the reach is `anywhere`, they count from bin 0. first: where that bin's first coefficient lies
+// in the table.
 template <Reach reach>
 struct LookUp;
 
@@ -299,17 +300,18 @@ SARFOCUS_INLINE Complex quick_turn(Floats cycles) {
     const Floats q = 1.0f - 0.019276571f * (at.rest * at.rest);  // (2 pi / 32)^2 / 2
     return {c * q - s * d, s * q + c * d};
 }
-#else
-SARFOCUS_INLINE Complex quick_turn(Floats cycles) {
-    return turn(cycles);
-}
-#endif
 
+// exp(2 pi j (x scale + first)) of some vectors, each by itself.
+template <std::ptrdiff_t count>
+SARFOCUS_INLINE void quick_turns(const Floats (&x)[count], float scale, float first, Complex (&out)[count]) {
+    for (std::ptrdiff_t v = 0; v < count; ++v) out[v] = quick_turn(x[v] * scale + first);
+}
+#else
+// exp(2 pi j (x scale + first)) of some vectors as `turn` has it, step by step for all of them.
 template <std::ptrdiff_t count>
 SARFOCUS_INLINE void quick_turns(const Floats (&x)[count], float scale, float first, Complex (&out)[count]) {
     Floats f[count], z[count], s[count], c[count];
-    for (std::ptrdiff_t v = 0; v < count; ++v) f[v] = x[v] * scale + first;
-    for (std::ptrdiff_t v = 0; v < count; ++v) f[v] = rounded(f[v]).rest;
+    for (std::ptrdiff_t v = 0; v < count; ++v) f[v] = rounded(x[v] * scale + first).rest;
     for (std::ptrdiff_t v = 0; v < count; ++v) z[v] = f[v] * f[v];
     for (std::ptrdiff_t v = 0; v < count; ++v) s[v] = -0.5980452f + z[v] * 0.07722016f, c[v] = -1.3318809f + z[v] * 0.21969818f;
     for (std::ptrdiff_t v = 0; v < count; ++v) s[v] = 2.5500314f + z[v] * s[v], c[v] = 4.058412f + z[v] * c[v];
@@ -318,6 +320,7 @@ SARFOCUS_INLINE void quick_turns(const Floats (&x)[count], float scale, float fi
     for (std::ptrdiff_t v = 0; v < count; ++v) s[v] = f[v] * s[v];
     for (std::ptrdiff_t v = 0; v < count; ++v) out[v] = {c[v] * c[v] - s[v] * s[v], 2.0f * s[v] * c[v]};
 }
+#endif
 
 // The profile at `rest` bins from the centres of the bins looked up.
 template <Reach reach>

@@ -171,7 +171,10 @@ SARFOCUS_INLINE void add_vectors_within(Reach reach, const PulseGroup& pulses, c
 template <bool monostatic>
 void add_point_runs(const PulseGroup& pulses, const PointTile& tile, const PointTerms& terms, std::ptrdiff_t p, float* re, float* im) {
     PointRuns runs;
-    if constexpr (widest_window != Reach::anywhere) find_point_runs<monostatic>(pulses, tile, terms, runs);
+    if constexpr (widest_window == Reach::anywhere)
+        runs = {};  // no windows, no runs
+    else
+        find_point_runs<monostatic>(pulses, tile, terms, runs);
     constexpr std::ptrdiff_t vectors_of_a_run = run_lanes / width;
     const std::ptrdiff_t n_vector = tile.rows * (tile_lanes / width);
     std::ptrdiff_t v = 0;

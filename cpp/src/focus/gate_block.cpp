@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::ptrdiff_t sample_bytes = sizeof(cfloat);
 constexpr std::ptrdiff_t samples_of_a_line = 8;  // of cache
-constexpr std::ptrdiff_t lines_of_a_step =
-    4;  // azimuth: their pieces of a block are some sixteen cache lines, as many as are under way at a time
+// Azimuth: their pieces of a block are some sixteen cache lines, as many as are under way at a time.
+constexpr std::ptrdiff_t lines_of_a_step = 4;
 
 // Two samples, as bits: what is only moved must not change.
 using Pair = std::int64_t __attribute__((vector_size(2 * sample_bytes)));
