@@ -26,6 +26,9 @@ struct alignas(64) PlaneTerms {
     float step[3][pulse_capacity];         // from row 0 to row 1
     float step_change[2][pulse_capacity];  // of that step from row 0 to row 1
     float bend_change[pulse_capacity];     // of that change from each row to the next, rad; 0 where a line does for the cubic
+    float even_first[pulse_capacity];      // phase of row 0 that a lane adds, where from row to row it adds the same,
+    float even_step[pulse_capacity];       // and that step
+    float uneven[pulse_capacity];          // rad, by which the phase then errs at most
     double chunk[pulse_capacity];
     double error[pulse_capacity];    // rad, bound of the phase error
     double outside[pulse_capacity];  // bins between the tile and the record, where positive
@@ -141,14 +144,28 @@ SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile,
         terms.step_change[0][p] = static_cast<float>((2.0 * c20 + 6.0 * (1.0 - m) * cubic) * cycles);
         terms.step_change[1][p] = static_cast<float>(2.0 * c21 * cycles);
         terms.bend_change[p] = static_cast<float>(6.0 * cubic * cycles * full_circle);
+        // c21 x^2 is taken for its middle value.
+        const double even = (c01 - m * c11 + 0.5 * m * m * c21) * cycles;
+        terms.even_first[p] = static_cast<float>(even - 2.0 * nearest_whole(0.5 * even));
+        terms.even_step[p] = static_cast<float>(c11 * cycles);
+        terms.uneven[p] = static_cast<float>(0.25 * (tile_lanes - 1) * m * m * magnitude(c21) * cycles * full_circle);
     }
 }
 
-// Where the rows of one pulse lie in its table.
+constexpr std::ptrdiff_t lane_groups = tile_lanes / width;
+
+// The middle of the lanes of a group.
+constexpr float group_centre(std::ptrdiff_t group) {
+    return static_cast<float>(group * width) + 0.5f * static_cast<float>(width - tile_lanes);
+}
+
+// Where the rows of one pulse lie in its table, for each group of `width` lanes.
 struct alignas(64) RowPlaces {
-    float place[tile_rows];         // of the lanes' centre, in bins from the row's window
-    float slope[tile_rows];         // a lane
-    std::int32_t first[tile_rows];  // where the window lies in the table; without one, the bin that places count from
+    float place[lane_groups][tile_rows];         // of the group's centre, in bins from the row's window
+    std::int32_t first[lane_groups][tile_rows];  // where the window lies in the table; without one, the bin that places count from
+    std::int32_t upper[lane_groups][tile_rows];  // where that of the upper half of the lanes lies, if it has its own,
+    std::int32_t apart[lane_groups][tile_rows];  // and by how many bins above the other; places count from the lower one
+    float slope[tile_rows];                      // a lane
 };
 
 struct LaneRange {
@@ -166,11 +183,19 @@ SARFOCUS_INLINE LaneRange bend_range(const PlaneTerms& terms, std::ptrdiff_t p) 
 
 constexpr float window_margin = 0.01f;  // bins, above all rounding of places
 
-SARFOCUS_INLINE Reach reach_of_span(float span) {
+// `half`: of a half of the lanes, where that may have a window of its own.
+SARFOCUS_INLINE Reach reach_of_span(float span, float half = __builtin_inff()) {
     if (narrowest_window == Reach::close && span <= window_span(Reach::close)) return Reach::close;
+    if (narrowest_window == Reach::close && half <= window_span(Reach::halves)) return Reach::halves;
     if (widest_window != Reach::anywhere && span <= window_span(Reach::near)) return Reach::near;
     if (widest_window == Reach::far && span <= window_span(Reach::far)) return Reach::far;
     return Reach::anywhere;
+}
+
+// Where a window lies in the table that is kept within it.
+SARFOCUS_INLINE std::int32_t clamped_place(std::int32_t first, std::int32_t last) {
+    first = first < 0 ? 0 : first;
+    return place_in_table(first > last ? last : first);
 }
 
 // The step of windows with which the one for places rounded from `low` on begins; a ten-thousandth early, which the margin covers.
@@ -183,18 +208,18 @@ SARFOCUS_INLINE Reach reach_of(const PlaneTerms& terms, std::ptrdiff_t p, float 
     const LaneRange bend = bend_range(terms, p);
     const float slope =
         __builtin_fabsf(terms.slope[0][p]) + m * __builtin_fabsf(terms.slope[1][p]) + m * m * __builtin_fabsf(terms.slope[2][p]);
-    const float span = (width - 1) * slope + bend.highest - bend.lowest;
+    const float across = bend.highest - bend.lowest;
+    const float span = (width - 1) * slope + across;
     // At the ends of the record every place counts by the bin that it lies in, as for all other ways of summation.
     if (span <= single_span && terms.beyond[p] < -2.0) return Reach::single;
-    return reach_of_span(span + 5.0f * window_margin);
+    return reach_of_span(span + 5.0f * window_margin, (0.5f * width - 1) * slope + across + 5.0f * window_margin);
 }
 
 template <Reach reach>
 SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
-                               float lane_centre, RowPlaces& rows) {
+                               RowPlaces& rows) {
     const float b0 = terms.slope[0][p], b1 = terms.slope[1][p], b2 = terms.slope[2][p];
-    const float a0 = terms.place[0][p] + lane_centre * b0, a1 = terms.place[1][p] + lane_centre * b1;
-    const float a2 = terms.place[2][p] + lane_centre * b2, a3 = terms.place[3][p];
+    const float a0 = terms.place[0][p], a1 = terms.place[1][p], a2 = terms.place[2][p], a3 = terms.place[3][p];
     const LaneRange bend = bend_range(terms, p);
     const float lowest = bend.lowest - 0.5f - window_margin;
     const float middle = 0.5f * (bend.lowest + bend.highest);
@@ -205,19 +230,28 @@ SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, 
     for (std::int32_t i = 0; i < tile_rows; ++i) {
         const float x = static_cast<float>(i) - m;
         const float slope = b0 + x * (b1 + x * b2);
-        const float place = a0 + x * (a1 + x * (a2 + x * a3));
+        const float centre = a0 + x * (a1 + x * (a2 + x * a3));
         rows.slope[i] = slope;
-        if (reach == Reach::anywhere) {
-            rows.place[i] = place;
-            rows.first[i] = begin;
-        } else {
-            constexpr std::int32_t step = reach == Reach::single ? 1 : window_step;
-            const float low = place - 0.5f * (width - 1) * __builtin_fabsf(slope) + lowest;
-            const float block = reach == Reach::single ? nearest_whole(place + middle) : window_of(low);
-            std::int32_t first = begin + static_cast<std::int32_t>(block) * step;
-            first = first < 0 ? 0 : first;
-            rows.first[i] = place_in_table(first > last ? last : first);
-            rows.place[i] = place - block * step;
+        for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
+            const float place = centre + group_centre(g) * slope;
+            if (reach == Reach::anywhere) {
+                rows.place[g][i] = place;
+                rows.first[g][i] = begin;
+            } else if (reach == Reach::halves) {
+                const float low = place - 0.5f * (0.5f * width - 1) * __builtin_fabsf(slope) + lowest;
+                const float block = window_of(low - 0.25f * width * slope);
+                const float above = window_of(low + 0.25f * width * slope);
+                rows.first[g][i] = clamped_place(begin + static_cast<std::int32_t>(block), last);
+                rows.upper[g][i] = clamped_place(begin + static_cast<std::int32_t>(above), last);
+                rows.apart[g][i] = static_cast<std::int32_t>(above - block);
+                rows.place[g][i] = place - (block < above ? block : above);
+            } else {
+                constexpr std::int32_t step = reach == Reach::single ? 1 : window_step;
+                const float low = place - 0.5f * (width - 1) * __builtin_fabsf(slope) + lowest;
+                const float block = reach == Reach::single ? nearest_whole(place + middle) : window_of(low);
+                rows.first[g][i] = clamped_place(begin + static_cast<std::int32_t>(block) * step, last);
+                rows.place[g][i] = place - block * step;
+            }
         }
     }
 }
@@ -235,12 +269,22 @@ struct LaneWeights {
     alignas(64) float im[tile_lanes];
 };
 
-// Whether the slope may be that of the middle row in all rows, and no cubic is wanted of the phase.
-SARFOCUS_INLINE bool is_gentle(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
+template <Reach reach>
+SARFOCUS_INLINE LookUp<reach> look_up(const float* table, const RowPlaces& rows, std::ptrdiff_t g, std::ptrdiff_t i, Indices whole,
+                                      std::int32_t last_bin) {
+    const std::int32_t first = rows.first[g][i];
+    if constexpr (reach == Reach::halves)
+        return {table, first, rows.upper[g][i], rows.apart[g][i], whole};
+    else
+        return {table, first, bins_of<reach>(whole, first, last_bin)};
+}
+
+// Whether slope and step of the lanes may be those of the middle row in all rows.
+SARFOCUS_INLINE bool is_even(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
     constexpr float negligible = static_cast<float>(0.5 * series_phase_error / radians_a_bin);  // bins
     const float m = 0.5f * last_row;
     const float change = m * (__builtin_fabsf(terms.slope[1][p]) + m * __builtin_fabsf(terms.slope[2][p]));
-    return terms.bend_change[p] == 0.0f && 0.5f * (width - 1) * change <= negligible;
+    return 0.5f * (width - 1) * change <= negligible && terms.uneven[p] <= static_cast<float>(0.25 * series_phase_error);
 }
 
 // Places of the lanes of a row, from that of their centre.
@@ -250,40 +294,104 @@ SARFOCUS_INLINE Rounded lane_places(Floats place) {
     return rounded(place);
 }
 
-// The sums of one pulse over `width` lanes of all rows. The phase is turned on from row to row by a step, the step
-// by its change, and that by a small angle.
-template <Reach reach, bool gentle>
+SARFOCUS_INLINE Floats lanes_of_group() {
+    alignas(64) float numbers[width];
+    for (std::ptrdiff_t l = 0; l < width; ++l) numbers[l] = static_cast<float>(l) - 0.5f * (width - 1);
+    return load(numbers);
+}
+
+// The phases of the rows of one pulse, but for what the lanes add.
+struct alignas(64) RowPhases {
+    float re[tile_rows];
+    float im[tile_rows];
+};
+
+SARFOCUS_INLINE void find_row_phases(const PlaneTerms& terms, std::ptrdiff_t p, RowPhases& phases) {
+    const Floats first = broadcast(terms.first[0][p]), step = broadcast(terms.step[0][p]);
+    const float change = terms.step_change[0][p];
+    const float bend = static_cast<float>(1.0 / (3.0 * full_circle)) * terms.bend_change[p];
+    for (std::ptrdiff_t i = 0; i < tile_rows; i += width) {
+        const Floats row = lanes_of_group() + (static_cast<float>(i) + 0.5f * (width - 1));
+        const Complex phase = turn(first + row * (step + 0.5f * (row - 1.0f) * (change + (row - 2.0f) * bend)));
+        store(phases.re + i, phase.re);
+        store(phases.im + i, phase.im);
+    }
+}
+
+// The sums of one pulse over all rows whose lanes differ alike. The phase is that of the row times that of the lane, which turns by the
+// same angle from row to row: the next is 2 cos(angle) times it, less the one before.
+template <Reach reach>
+void add_even_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, const LaneWeights* weights,
+                   float* re, float* im) {
+    RowPlaces rows;
+    find_rows<reach>(pulses, tile, terms, p, rows);
+    RowPhases row_phases;
+    find_row_phases(terms, p, row_phases);
+    Floats across[lane_groups], twice[lane_groups];
+    Complex first_phase[lane_groups], one_before[lane_groups];
+    for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
+        const Floats j = lanes_of_group() + group_centre(g);
+        across[g] = lanes_of_group() * terms.slope[0][p] + j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
+        first_phase[g] = turn(j * (terms.even_first[p] + j * (terms.first[2][p] + j * terms.first[3][p])));
+        const Complex step = turn(j * (terms.even_step[p] + j * terms.step[2][p]));
+        if (weights != nullptr) first_phase[g] = first_phase[g] * Complex{load(weights->re + g * width), load(weights->im + g * width)};
+        one_before[g] = first_phase[g] * Complex{step.re, -step.im};
+        twice[g] = 2.0f * step.re;
+    }
+    const float* table = pulses.bins[p];
+    const std::ptrdiff_t n_row = tile.rows;
+    for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
+        const auto add_row = [&](std::ptrdiff_t i, Complex phase) __attribute__((always_inline)) {
+            const Rounded at = lane_places<reach>(across[g] + rows.place[g][i]);
+            const LookUp<reach> bins = look_up<reach>(table, rows, g, i, at.whole, pulses.n_bin - 1);
+            const Complex of_row{broadcast(row_phases.re[i]), broadcast(row_phases.im[i])};
+            const std::ptrdiff_t k = i * tile_lanes + g * width;
+            add_product(re + k, im + k, interpolated(bins, at.rest), phase * of_row);
+        };
+        Complex even = first_phase[g], odd = one_before[g];
+        std::ptrdiff_t i = 0;
+        for (; i + 1 < n_row; i += 2) {
+            add_row(i, even);
+            odd = {twice[g] * even.re - odd.re, twice[g] * even.im - odd.im};
+            add_row(i + 1, odd);
+            even = {twice[g] * odd.re - even.re, twice[g] * odd.im - even.im};
+        }
+        if (i < n_row) add_row(i, even);
+    }
+}
+
+// The sums of one pulse over all rows. The phase is turned on from row to row by a step, the step by its change, and that by a small
+// angle.
+template <Reach reach>
 void add_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, const LaneWeights* weights,
               float* re, float* im) {
-    alignas(64) float lane_numbers[width];
-    for (std::ptrdiff_t l = 0; l < width; ++l) lane_numbers[l] = static_cast<float>(l) - 0.5f * (width - 1);
-    const Floats lane_in_group = load(lane_numbers);
-    const float bend_change = terms.bend_change[p];
     RowPlaces rows;
-    for (std::ptrdiff_t group = 0; group < tile_lanes; group += width) {
-        const float lane_centre = static_cast<float>(group) + 0.5f * static_cast<float>(width - tile_lanes);
-        find_rows<reach>(pulses, tile, terms, p, lane_centre, rows);
-        const Floats j = lane_in_group + lane_centre;
-        const Floats bend = j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
-        const Floats even = lane_in_group * terms.slope[0][p] + bend;
-        Complex phase = turn(terms.first[0][p] + j * (terms.first[1][p] + j * (terms.first[2][p] + j * terms.first[3][p])));
-        Complex step = turn(terms.step[0][p] + j * (terms.step[1][p] + j * terms.step[2][p]));
-        Complex step_change = turn(terms.step_change[0][p] + j * terms.step_change[1][p]);
-        if (weights != nullptr) phase = phase * Complex{load(weights->re + group), load(weights->im + group)};
-        const float* table = pulses.bins[p];
-        const std::ptrdiff_t n_row = tile.rows;
+    find_rows<reach>(pulses, tile, terms, p, rows);
+    Floats bend[lane_groups];
+    Complex first_phase[lane_groups], first_step[lane_groups], first_change[lane_groups];
+    for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
+        const Floats j = lanes_of_group() + group_centre(g);
+        bend[g] = j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
+        first_phase[g] = turn(terms.first[0][p] + j * (terms.first[1][p] + j * (terms.first[2][p] + j * terms.first[3][p])));
+        first_step[g] = turn(terms.step[0][p] + j * (terms.step[1][p] + j * terms.step[2][p]));
+        first_change[g] = turn(terms.step_change[0][p] + j * terms.step_change[1][p]);
+        if (weights != nullptr) first_phase[g] = first_phase[g] * Complex{load(weights->re + g * width), load(weights->im + g * width)};
+    }
+    const float bend_change = terms.bend_change[p];
+    const float* table = pulses.bins[p];
+    const std::ptrdiff_t n_row = tile.rows;
+    for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
+        Complex phase = first_phase[g], step = first_step[g], step_change = first_change[g];
 #pragma GCC unroll 4
         for (std::ptrdiff_t i = 0; i < n_row; ++i) {
-            const Floats across = gentle ? even : lane_in_group * rows.slope[i] + bend;
-            const Rounded at = lane_places<reach>(across + rows.place[i]);
-            const LookUp<reach> bins(table, rows.first[i], bins_of<reach>(at.whole, rows.first[i], pulses.n_bin - 1));
-            add_product(re + i * tile_lanes + group, im + i * tile_lanes + group, interpolated(bins, at.rest), phase);
+            const Rounded at = lane_places<reach>(lanes_of_group() * rows.slope[i] + bend[g] + rows.place[g][i]);
+            const LookUp<reach> bins = look_up<reach>(table, rows, g, i, at.whole, pulses.n_bin - 1);
+            const std::ptrdiff_t k = i * tile_lanes + g * width;
+            add_product(re + k, im + k, interpolated(bins, at.rest), phase);
             turn_by(phase, step);
             turn_by(step, step_change);
-            if constexpr (!gentle) {
-                step_change.re -= bend_change * step_change.im;
-                step_change.im += bend_change * step_change.re;
-            }
+            step_change.re -= bend_change * step_change.im;
+            step_change.im += bend_change * step_change.re;
         }
     }
 }
@@ -411,21 +519,30 @@ SARFOCUS_INLINE Weighting find_weights(const PulseGroup& pulses, const PlaneTile
     return Weighting::by_lane;
 }
 
-template <bool gentle>
+template <Reach reach>
+SARFOCUS_INLINE void add_pulse_within(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
+                                      const LaneWeights* weights, float* re, float* im) {
+    if (is_even(terms, p, static_cast<float>(tile.rows - 1)))
+        add_even_rows<reach>(pulses, tile, terms, p, weights, re, im);
+    else
+        add_rows<reach>(pulses, tile, terms, p, weights, re, im);
+}
+
 SARFOCUS_INLINE void add_pulse(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
                                const LaneWeights* weights, float* re, float* im) {
     const Reach reach = reach_of(terms, p, static_cast<float>(tile.rows - 1));
-    if (reach == Reach::single) return add_rows<Reach::single, gentle>(pulses, tile, terms, p, weights, re, im);
+    if (reach == Reach::single) return add_pulse_within<Reach::single>(pulses, tile, terms, p, weights, re, im);
     if constexpr (narrowest_window == Reach::close) {
-        if (reach == Reach::close) return add_rows<Reach::close, gentle>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::close) return add_pulse_within<Reach::close>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::halves) return add_pulse_within<Reach::halves>(pulses, tile, terms, p, weights, re, im);
     }
     if constexpr (widest_window != Reach::anywhere) {
-        if (reach == Reach::near) return add_rows<Reach::near, gentle>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::near) return add_pulse_within<Reach::near>(pulses, tile, terms, p, weights, re, im);
     }
     if constexpr (widest_window == Reach::far) {
-        if (reach == Reach::far) return add_rows<Reach::far, gentle>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::far) return add_pulse_within<Reach::far>(pulses, tile, terms, p, weights, re, im);
     }
-    add_rows<Reach::anywhere, gentle>(pulses, tile, terms, p, weights, re, im);
+    add_pulse_within<Reach::anywhere>(pulses, tile, terms, p, weights, re, im);
 }
 
 PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile& tile, const AspectTable* aspect, float* re, float* im) {
@@ -453,11 +570,7 @@ PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile&
             if (weighting == Weighting::by_pixel) left |= bit;
             if (weighting != Weighting::by_lane) continue;
         }
-        const LaneWeights* lane_weights = aspect != nullptr ? &weights : nullptr;
-        if (is_gentle(terms, p, static_cast<float>(tile.rows - 1)))
-            add_pulse<true>(pulses, tile, terms, p, lane_weights, re, im);
-        else
-            add_pulse<false>(pulses, tile, terms, p, lane_weights, re, im);
+        add_pulse(pulses, tile, terms, p, aspect != nullptr ? &weights : nullptr, re, im);
     }
     return left;
 }

@@ -220,6 +220,31 @@ void TileSum::fetch(const Part& part, std::ptrdiff_t lanes, const MutableImageVi
             __builtin_prefetch(image.data() + (part.first_row + i) * row + (part.first_lane + j) * lane, 1, 2);
 }
 
+// The same for whole tiles of images in which the rows of a tile are next to one another: four rows by four lanes at a time.
+void TileSum::store_across(const Part& part, std::ptrdiff_t lanes, std::ptrdiff_t rows, bool add, cfloat* image,
+                           std::ptrdiff_t lane_stride) {
+    using Four = float __attribute__((vector_size(16)));
+    using FourInMemory = float __attribute__((vector_size(16), aligned(4), may_alias));
+    for (std::ptrdiff_t j = 0; j < lanes; j += 4)
+        for (std::ptrdiff_t i = 0; i < rows; i += 4) {
+            Four pairs[4][2];  // of lanes, (re, im, re, im)
+            for (std::ptrdiff_t r = 0; r < 4; ++r) {
+                const Four re = *reinterpret_cast<const FourInMemory*>(part.re + (i + r) * tile_lanes + j);
+                const Four im = *reinterpret_cast<const FourInMemory*>(part.im + (i + r) * tile_lanes + j);
+                pairs[r][0] = __builtin_shufflevector(re, im, 0, 4, 1, 5);
+                pairs[r][1] = __builtin_shufflevector(re, im, 2, 6, 3, 7);
+            }
+            for (std::ptrdiff_t l = 0; l < 4; ++l)
+                for (std::ptrdiff_t r = 0; r < 4; r += 2) {
+                    const Four a = pairs[r][l / 2];
+                    const Four b = pairs[r + 1][l / 2];
+                    const Four sum = l % 2 == 0 ? __builtin_shufflevector(a, b, 0, 1, 4, 5) : __builtin_shufflevector(a, b, 2, 3, 6, 7);
+                    auto& to = *reinterpret_cast<FourInMemory*>(image + (j + l) * lane_stride + i + r);
+                    to = add ? to + sum : sum;
+                }
+        }
+}
+
 void TileSum::store(const Part& part, std::ptrdiff_t lanes, bool add, const MutableImageView& image) const {
     const auto put = [&](cfloat& pixel, std::ptrdiff_t i, std::ptrdiff_t j) {
         const cfloat sum(part.re[i * tile_lanes + j], part.im[i * tile_lanes + j]);
@@ -228,7 +253,10 @@ void TileSum::store(const Part& part, std::ptrdiff_t lanes, bool add, const Muta
     if (const auto strides = lattice_.strides(image)) {
         const auto [row, lane] = *strides;
         const std::ptrdiff_t rows = std::min(part.rows, lattice_.rows() - part.first_row);
-        for (std::ptrdiff_t j = 0; j < std::min(lanes, lattice_.lanes() - part.first_lane); ++j) {
+        lanes = std::min(lanes, lattice_.lanes() - part.first_lane);
+        if (row == 1 && lanes % 4 == 0 && rows % 4 == 0)
+            return store_across(part, lanes, rows, add, image.data() + part.first_row + part.first_lane * lane, lane);
+        for (std::ptrdiff_t j = 0; j < lanes; ++j) {
             cfloat* to = image.data() + part.first_row * row + (part.first_lane + j) * lane;
             for (std::ptrdiff_t i = 0; i < rows; ++i) put(to[i * row], i, j);
         }

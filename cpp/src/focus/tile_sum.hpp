@@ -84,6 +84,8 @@ private:
     void add_one_by_one(const PulseGroup& pulses, PulseMask wanted, const Part& part, TileMemory& own) const;
     void fetch(const Part& part, std::ptrdiff_t lanes, const MutableImageView& image) const;
     void store(const Part& part, std::ptrdiff_t lanes, bool add, const MutableImageView& image) const;
+    static void store_across(const Part& part, std::ptrdiff_t lanes, std::ptrdiff_t rows, bool add, cfloat* image,
+                             std::ptrdiff_t lane_stride);
 
     const Kernels& kernels_;
     const TileLattice& lattice_;
