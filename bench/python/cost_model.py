@@ -72,10 +72,14 @@ def shapes(job: str) -> tuple[list[Shape], list[Shape]]:
     """Shapes to fit on and others to check."""
     if job == "backproject ffbp":
         return [(1024, 1024), (2048, 512), (1024, 2048), (2048, 1024)], [(512, 512), (2048, 2048)]
+    if job == "gpga":
+        return [*SMALL, (2048, 1024)], [(1024, 512), (2048, 2048)]
     if job in SUMS:
         return SMALL, [(2048, 1024), (2048, 2048)]
     if job.removeprefix("strip ") in SLOW:
         return SMALL + LARGE, [(1024, 512), (2048, 4096)]
+    if job == "conventional_pga":  # in the job's 8192 lines it finds nothing, and stops early
+        return SMALL + LARGE + [(512, 8192), (4096, 4096)], [(1024, 512), (4096, 2048), (2048, 4096)]
     return SMALL + LARGE + [(8192, 512), (512, 8192), (4096, 4096)], [(1024, 512), (4096, 2048), (2048, 4096), (8192, 1024)]
 
 

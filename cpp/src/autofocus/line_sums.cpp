@@ -56,30 +56,45 @@ inline __attribute__((always_inline)) LineMoments sums(const cfloat* line, const
     return {out[0], out[1], out[2]};
 }
 
-using Floats = float __attribute__((vector_size(32)));
-using Doubles = double __attribute__((vector_size(64)));
+template <int count>
+struct VectorsOf {
+    using Floats __attribute__((vector_size(4 * count))) = float;
+    using Doubles __attribute__((vector_size(8 * count))) = double;
+};
 
-// The zeroth moment without a slope: products of neighbours in memory, sorted out at the end.
+inline __attribute__((always_inline)) VectorsOf<8>::Doubles neighbours_exchanged(const VectorsOf<8>::Doubles& a) {
+    return __builtin_shufflevector(a, a, 1, 0, 3, 2, 5, 4, 7, 6);
+}
+
+inline __attribute__((always_inline)) VectorsOf<4>::Doubles neighbours_exchanged(const VectorsOf<4>::Doubles& a) {
+    return __builtin_shufflevector(a, a, 1, 0, 3, 2);
+}
+
+// The zeroth moment without a slope: products of neighbours in memory, sorted out at the end. `count` numbers at a time.
+template <int count>
 inline __attribute__((always_inline)) cdouble plain_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n) {
     const auto* d = reinterpret_cast<const float*>(line);
     const auto* r = reinterpret_cast<const double*>(rotation);
-    Doubles straight[2] = {};
-    Doubles crossed[2] = {};
+    using Floats = typename VectorsOf<count>::Floats;
+    using Doubles = typename VectorsOf<count>::Doubles;
+    constexpr int parts = 2 * lanes / count;
+    Doubles straight[parts] = {};
+    Doubles crossed[parts] = {};
     const std::ptrdiff_t whole = n / lanes * lanes;
     for (std::ptrdiff_t k = 0; k < whole; k += lanes)
-        for (int h = 0; h < 2; ++h) {
+        for (int h = 0; h < parts; ++h) {
             Floats narrow;
-            std::memcpy(&narrow, d + 2 * k + h * lanes, sizeof narrow);
+            std::memcpy(&narrow, d + 2 * k + h * count, sizeof narrow);
             const Doubles a = __builtin_convertvector(narrow, Doubles);
             Doubles b;
-            std::memcpy(&b, r + 2 * k + h * lanes, sizeof b);
+            std::memcpy(&b, r + 2 * k + h * count, sizeof b);
             straight[h] += a * b;
-            crossed[h] += __builtin_shufflevector(a, a, 1, 0, 3, 2, 5, 4, 7, 6) * b;
+            crossed[h] += neighbours_exchanged(a) * b;
         }
     double re = 0.0;
     double im = 0.0;
-    for (int h = 0; h < 2; ++h)
-        for (int i = 0; i < lanes; ++i) {
+    for (int h = 0; h < parts; ++h)
+        for (int i = 0; i < count; ++i) {
             re += straight[h][i];
             im += i % 2 == 0 ? crossed[h][i] : -crossed[h][i];
         }
@@ -123,7 +138,8 @@ SARFOCUS_MULTIVERSION LineMoments line_moments(const cfloat* line, const cdouble
 }
 
 SARFOCUS_MULTIVERSION cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle) {
-    return slope == 0.0 ? plain_sum(line, rotation, n) : sums<0>(line, rotation, n, slope, middle).zeroth;
+    if (slope != 0.0) return sums<0>(line, rotation, n, slope, middle).zeroth;
+    return sarfocus::detail::register_bytes == 64 ? plain_sum<8>(line, rotation, n) : plain_sum<4>(line, rotation, n);
 }
 
 SARFOCUS_MULTIVERSION void add_line(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle, double share,

@@ -10,19 +10,26 @@
 namespace sarfocus::focus::detail {
 namespace {
 
-using Lanes = float __attribute__((vector_size(64)));
+// As wide as a register: the compiler takes wider vectors through memory.
+template <std::ptrdiff_t count>
+struct VectorOf {
+    using Type __attribute__((vector_size(count * sizeof(float)))) = float;
+};
+template <std::ptrdiff_t count>
+using Lanes = typename VectorOf<count>::Type;
 
-constexpr std::ptrdiff_t lanes = line_lanes;
-static_assert(sizeof(Lanes) == lanes * sizeof(float) && BandKernel::most_taps == lanes);
+static_assert(BandKernel::most_taps == line_lanes);
 
 #define SARFOCUS_INLINE inline __attribute__((always_inline))
 
-SARFOCUS_INLINE void load(const float* from, Lanes& to) {
-    std::memcpy(&to, from, sizeof(Lanes));
+template <class Vector>
+SARFOCUS_INLINE void load(const float* from, Vector& to) {
+    std::memcpy(&to, from, sizeof(Vector));
 }
 
-SARFOCUS_INLINE void store(const Lanes& from, float* to) {
-    std::memcpy(to, &from, sizeof(Lanes));
+template <class Vector>
+SARFOCUS_INLINE void store(const Vector& from, float* to) {
+    std::memcpy(to, &from, sizeof(Vector));
 }
 
 // sin and cos of 2 pi f on |f| <= 1/2: those of pi f by polynomials of least maximum error (3e-9, 5e-8), then the double angle.
@@ -34,16 +41,16 @@ SARFOCUS_INLINE void turn(float f, float& cosine, float& sine) {
     sine = 2.0f * s * c;
 }
 
-template <int n>
+template <std::ptrdiff_t lanes, int n>
 SARFOCUS_INLINE void shift_block(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t taps, float cosine,
                                  float sine, float* out_re, float* out_im) {
-    Lanes re[n] = {};
-    Lanes im[n] = {};
+    Lanes<lanes> re[n] = {};
+    Lanes<lanes> im[n] = {};
     for (std::ptrdiff_t t = 0; t < taps; ++t) {
         const float w = weights[t];
         for (int k = 0; k < n; ++k) {
-            Lanes x;
-            Lanes y;
+            Lanes<lanes> x;
+            Lanes<lanes> y;
             load(in_re + t + k * lanes, x);
             load(in_im + t + k * lanes, y);
             re[k] += w * x;
@@ -51,20 +58,32 @@ SARFOCUS_INLINE void shift_block(const float* in_re, const float* in_im, const f
         }
     }
     for (int k = 0; k < n; ++k) {
-        store(cosine * re[k] - sine * im[k], out_re + k * lanes);
-        store(sine * re[k] + cosine * im[k], out_im + k * lanes);
+        const Lanes<lanes> x = cosine * re[k] - sine * im[k];
+        const Lanes<lanes> y = sine * re[k] + cosine * im[k];
+        store(x, out_re + k * lanes);
+        store(y, out_im + k * lanes);
     }
 }
 
-template <int n>
+// Sums of n registers side by side.
+template <std::ptrdiff_t lanes, int n>
+SARFOCUS_INLINE void shift_all(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t taps, float cosine, float sine,
+                               float* out, std::ptrdiff_t width) {
+    std::ptrdiff_t i = 0;
+    for (; i + n * lanes <= width; i += n * lanes)
+        shift_block<lanes, n>(in_re + i, in_im + i, weights, taps, cosine, sine, out + i, out + width + i);
+    for (; i < width; i += lanes) shift_block<lanes, 1>(in_re + i, in_im + i, weights, taps, cosine, sine, out + i, out + width + i);
+}
+
+template <std::ptrdiff_t lanes, int n>
 SARFOCUS_INLINE void add_block(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out) {
-    Lanes sum[n];
+    Lanes<lanes> sum[n];
     for (int k = 0; k < n; ++k) load(out + k * lanes, sum[k]);
     for (std::ptrdiff_t p = 0; p < count; ++p) {
         const float w = weights[p];
         const float* line = lines + p * floats;
         for (int k = 0; k < n; ++k) {
-            Lanes x;
+            Lanes<lanes> x;
             load(line + k * lanes, x);
             sum[k] += w * x;
         }
@@ -72,8 +91,15 @@ SARFOCUS_INLINE void add_block(const float* lines, std::ptrdiff_t floats, const 
     for (int k = 0; k < n; ++k) store(sum[k], out + k * lanes);
 }
 
-// out[k] = the sum of the lanes of v[k]: halves of two registers are added into one, four times over.
-SARFOCUS_INLINE void sum_each(Lanes (&v)[lanes], Lanes& out) {
+template <std::ptrdiff_t lanes, int n>
+SARFOCUS_INLINE void add_all(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out) {
+    std::ptrdiff_t i = 0;
+    for (; i + n * lanes <= floats; i += n * lanes) add_block<lanes, n>(lines + i, floats, weights, count, out + i);
+    for (; i < floats; i += lanes) add_block<lanes, 1>(lines + i, floats, weights, count, out + i);
+}
+
+// out[k] = the sum of the lanes of v[k]: halves of two registers are added into one, until one is left.
+SARFOCUS_INLINE void sum_each(Lanes<16> (&v)[16], Lanes<16>& out) {
     for (int k = 0; k < 8; ++k)
         v[k] = __builtin_shufflevector(v[k], v[k + 8], 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23) +
                __builtin_shufflevector(v[k], v[k + 8], 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
@@ -87,14 +113,68 @@ SARFOCUS_INLINE void sum_each(Lanes (&v)[lanes], Lanes& out) {
           __builtin_shufflevector(v[0], v[1], 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31);
 }
 
+SARFOCUS_INLINE void sum_each(Lanes<8> (&v)[8], Lanes<8>& out) {
+    for (int k = 0; k < 4; ++k)
+        v[k] = __builtin_shufflevector(v[k], v[k + 4], 0, 1, 2, 3, 8, 9, 10, 11) +
+               __builtin_shufflevector(v[k], v[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+    for (int k = 0; k < 2; ++k)
+        v[k] = __builtin_shufflevector(v[k], v[k + 2], 0, 1, 8, 9, 4, 5, 12, 13) +
+               __builtin_shufflevector(v[k], v[k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    out = __builtin_shufflevector(v[0], v[1], 0, 8, 2, 10, 4, 12, 6, 14) + __builtin_shufflevector(v[0], v[1], 1, 9, 3, 11, 5, 13, 7, 15);
+}
+
+SARFOCUS_INLINE void sum_each(Lanes<4> (&v)[4], Lanes<4>& out) {
+    for (int k = 0; k < 2; ++k)
+        v[k] = __builtin_shufflevector(v[k], v[k + 2], 0, 1, 4, 5) + __builtin_shufflevector(v[k], v[k + 2], 2, 3, 6, 7);
+    out = __builtin_shufflevector(v[0], v[1], 0, 4, 2, 6) + __builtin_shufflevector(v[0], v[1], 1, 5, 3, 7);
+}
+
+template <std::ptrdiff_t lanes>
+SARFOCUS_INLINE void sample_all(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t before, const double* place,
+                                std::ptrdiff_t count, float* re, float* im) {
+    constexpr std::ptrdiff_t taps = BandKernel::most_taps;
+    constexpr std::ptrdiff_t group = lanes / 2;  // bins whose real and imaginary parts are summed together
+    for (std::ptrdiff_t at = 0; at < count; at += group) {
+        Lanes<lanes> products[lanes] = {};
+        for (std::ptrdiff_t k = 0; k < group && at + k < count; ++k) {
+            const auto whole = static_cast<std::int32_t>(place[at + k]);
+            const double entry = (place[at + k] - static_cast<double>(whole)) * static_cast<double>(BandKernel::fractions);
+            const auto index = static_cast<std::int32_t>(entry);
+            const auto part = static_cast<float>(entry - static_cast<double>(index));
+            const float* row = weights + static_cast<std::ptrdiff_t>(index) * taps;
+            for (std::ptrdiff_t t = 0; t < taps; t += lanes) {
+                Lanes<lanes> low;
+                Lanes<lanes> high;
+                Lanes<lanes> x;
+                Lanes<lanes> y;
+                load(row + t, low);
+                load(row + taps + t, high);
+                load(in_re + whole - before + t, x);
+                load(in_im + whole - before + t, y);
+                low += part * (high - low);
+                products[k] += low * x;
+                products[group + k] += low * y;
+            }
+        }
+        Lanes<lanes> sums;
+        sum_each(products, sums);
+        alignas(64) float out[lanes];
+        store(sums, out);
+        const std::ptrdiff_t n = count - at < group ? count - at : group;
+        for (std::ptrdiff_t k = 0; k < n; ++k) {
+            re[at + k] = out[k];
+            im[at + k] = out[group + k];
+        }
+    }
+}
+
 }  // namespace
 
 SARFOCUS_MULTIVERSION void shift_line(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t taps, float cosine,
                                       float sine, float* out, std::ptrdiff_t width) {
-    std::ptrdiff_t i = 0;
-    for (; i + 4 * lanes <= width; i += 4 * lanes)
-        shift_block<4>(in_re + i, in_im + i, weights, taps, cosine, sine, out + i, out + width + i);
-    for (; i < width; i += lanes) shift_block<1>(in_re + i, in_im + i, weights, taps, cosine, sine, out + i, out + width + i);
+    if (sarfocus::detail::register_bytes == 64) return shift_all<16, 4>(in_re, in_im, weights, taps, cosine, sine, out, width);
+    if (sarfocus::detail::register_bytes == 32) return shift_all<8, 6>(in_re, in_im, weights, taps, cosine, sine, out, width);
+    shift_all<4, 6>(in_re, in_im, weights, taps, cosine, sine, out, width);
 }
 
 SARFOCUS_MULTIVERSION void turn_line(float* line, std::ptrdiff_t width, double start, double step) {
@@ -114,9 +194,9 @@ SARFOCUS_MULTIVERSION void turn_line(float* line, std::ptrdiff_t width, double s
 }
 
 SARFOCUS_MULTIVERSION void add_lines(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out) {
-    std::ptrdiff_t i = 0;
-    for (; i + 8 * lanes <= floats; i += 8 * lanes) add_block<8>(lines + i, floats, weights, count, out + i);
-    for (; i < floats; i += lanes) add_block<1>(lines + i, floats, weights, count, out + i);
+    if (sarfocus::detail::register_bytes == 64) return add_all<16, 8>(lines, floats, weights, count, out);
+    if (sarfocus::detail::register_bytes == 32) return add_all<8, 12>(lines, floats, weights, count, out);
+    add_all<4, 12>(lines, floats, weights, count, out);
 }
 
 SARFOCUS_MULTIVERSION void phasors(const double* cycles, std::ptrdiff_t n, float* cosine, float* sine) {
@@ -162,37 +242,9 @@ SARFOCUS_MULTIVERSION void add_rows(const RowTable& table, const RowTerms* terms
 
 SARFOCUS_MULTIVERSION void sample_line(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t before,
                                        const double* place, std::ptrdiff_t count, float* re, float* im) {
-    constexpr std::ptrdiff_t group = lanes / 2;  // bins whose real and imaginary parts are summed together
-    for (std::ptrdiff_t at = 0; at < count; at += group) {
-        Lanes products[lanes] = {};
-        for (std::ptrdiff_t k = 0; k < group && at + k < count; ++k) {
-            const auto whole = static_cast<std::int32_t>(place[at + k]);
-            const double entry = (place[at + k] - static_cast<double>(whole)) * static_cast<double>(BandKernel::fractions);
-            const auto index = static_cast<std::int32_t>(entry);
-            const auto part = static_cast<float>(entry - static_cast<double>(index));
-            const float* row = weights + static_cast<std::ptrdiff_t>(index) * lanes;
-            Lanes low;
-            Lanes high;
-            Lanes x;
-            Lanes y;
-            load(row, low);
-            load(row + lanes, high);
-            load(in_re + whole - before, x);
-            load(in_im + whole - before, y);
-            low += part * (high - low);
-            products[k] = low * x;
-            products[group + k] = low * y;
-        }
-        Lanes sums;
-        sum_each(products, sums);
-        alignas(64) float out[lanes];
-        store(sums, out);
-        const std::ptrdiff_t n = count - at < group ? count - at : group;
-        for (std::ptrdiff_t k = 0; k < n; ++k) {
-            re[at + k] = out[k];
-            im[at + k] = out[group + k];
-        }
-    }
+    if (sarfocus::detail::register_bytes == 64) return sample_all<16>(in_re, in_im, weights, before, place, count, re, im);
+    if (sarfocus::detail::register_bytes == 32) return sample_all<8>(in_re, in_im, weights, before, place, count, re, im);
+    sample_all<4>(in_re, in_im, weights, before, place, count, re, im);
 }
 
 }  // namespace sarfocus::focus::detail
