@@ -62,12 +62,12 @@ struct VectorsOf {
     using Doubles __attribute__((vector_size(8 * count))) = double;
 };
 
-inline __attribute__((always_inline)) VectorsOf<8>::Doubles neighbours_exchanged(const VectorsOf<8>::Doubles& a) {
-    return __builtin_shufflevector(a, a, 1, 0, 3, 2, 5, 4, 7, 6);
+inline __attribute__((always_inline)) void exchange_neighbours(const VectorsOf<8>::Doubles& a, VectorsOf<8>::Doubles& out) {
+    out = __builtin_shufflevector(a, a, 1, 0, 3, 2, 5, 4, 7, 6);
 }
 
-inline __attribute__((always_inline)) VectorsOf<4>::Doubles neighbours_exchanged(const VectorsOf<4>::Doubles& a) {
-    return __builtin_shufflevector(a, a, 1, 0, 3, 2);
+inline __attribute__((always_inline)) void exchange_neighbours(const VectorsOf<4>::Doubles& a, VectorsOf<4>::Doubles& out) {
+    out = __builtin_shufflevector(a, a, 1, 0, 3, 2);
 }
 
 // The zeroth moment without a slope: products of neighbours in memory, sorted out at the end. `count` numbers at a time.
@@ -89,7 +89,9 @@ inline __attribute__((always_inline)) cdouble plain_sum(const cfloat* line, cons
             Doubles b;
             std::memcpy(&b, r + 2 * k + h * count, sizeof b);
             straight[h] += a * b;
-            crossed[h] += neighbours_exchanged(a) * b;
+            Doubles exchanged;
+            exchange_neighbours(a, exchanged);
+            crossed[h] += exchanged * b;
         }
     double re = 0.0;
     double im = 0.0;
