@@ -220,7 +220,8 @@ void TileSum::fetch(const Part& part, std::ptrdiff_t lanes, const MutableImageVi
             __builtin_prefetch(image.data() + (part.first_row + i) * row + (part.first_lane + j) * lane, 1, 2);
 }
 
-// The same for whole tiles of images in which the rows of a tile are next to one another: four rows by four lanes at a time.
+// `store` where the rows of a tile are next to one another in the image, and rows and lanes are multiples of four: four by four at a time,
+// put across in registers.
 void TileSum::store_across(const Part& part, std::ptrdiff_t lanes, std::ptrdiff_t rows, bool add, cfloat* image,
                            std::ptrdiff_t lane_stride) {
     using Four = float __attribute__((vector_size(16)));
