@@ -75,8 +75,8 @@ template <int count>
 inline __attribute__((always_inline)) cdouble plain_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n) {
     const auto* d = reinterpret_cast<const float*>(line);
     const auto* r = reinterpret_cast<const double*>(rotation);
-    using Floats = typename VectorsOf<count>::Floats;
-    using Doubles = typename VectorsOf<count>::Doubles;
+    using Floats = VectorsOf<count>::Floats;
+    using Doubles = VectorsOf<count>::Doubles;
     constexpr int parts = 2 * lanes / count;
     Doubles straight[parts] = {};
     Doubles crossed[parts] = {};

@@ -16,7 +16,7 @@ struct VectorOf {
     using Type __attribute__((vector_size(count * sizeof(float)))) = float;
 };
 template <std::ptrdiff_t count>
-using Lanes = typename VectorOf<count>::Type;
+using Lanes = VectorOf<count>::Type;
 
 static_assert(BandKernel::most_taps == line_lanes);
 

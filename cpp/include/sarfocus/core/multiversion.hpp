@@ -14,7 +14,7 @@
 namespace sarfocus::detail {
 
 // Bytes of a vector register of this processor: explicit vectors wider than that are taken through memory.
-inline std::ptrdiff_t find_register_bytes() {
+inline std::ptrdiff_t find_register_bytes() noexcept {
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx512f")) return 64;
     if (__builtin_cpu_supports("avx2")) return 32;
