@@ -11,6 +11,8 @@
 namespace sarfocus::autofocus::detail {
 namespace {
 
+using sarfocus::detail::VectorOf;
+
 constexpr std::ptrdiff_t lanes = Turns::lanes;
 
 // Moments of z up to `order`, inlined into the versions below.
@@ -56,17 +58,11 @@ inline __attribute__((always_inline)) LineMoments sums(const cfloat* line, const
     return {out[0], out[1], out[2]};
 }
 
-template <int count>
-struct VectorsOf {
-    using Floats __attribute__((vector_size(4 * count))) = float;
-    using Doubles __attribute__((vector_size(8 * count))) = double;
-};
-
-inline __attribute__((always_inline)) void exchange_neighbours(const VectorsOf<8>::Doubles& a, VectorsOf<8>::Doubles& out) {
+inline __attribute__((always_inline)) void exchange_neighbours(const VectorOf<double, 64>::Type& a, VectorOf<double, 64>::Type& out) {
     out = __builtin_shufflevector(a, a, 1, 0, 3, 2, 5, 4, 7, 6);
 }
 
-inline __attribute__((always_inline)) void exchange_neighbours(const VectorsOf<4>::Doubles& a, VectorsOf<4>::Doubles& out) {
+inline __attribute__((always_inline)) void exchange_neighbours(const VectorOf<double, 32>::Type& a, VectorOf<double, 32>::Type& out) {
     out = __builtin_shufflevector(a, a, 1, 0, 3, 2);
 }
 
@@ -75,8 +71,8 @@ template <int count>
 inline __attribute__((always_inline)) cdouble plain_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n) {
     const auto* d = reinterpret_cast<const float*>(line);
     const auto* r = reinterpret_cast<const double*>(rotation);
-    using Floats = VectorsOf<count>::Floats;
-    using Doubles = VectorsOf<count>::Doubles;
+    using Floats = VectorOf<float, 4 * count>::Type;
+    using Doubles = VectorOf<double, 8 * count>::Type;
     constexpr int parts = 2 * lanes / count;
     Doubles straight[parts] = {};
     Doubles crossed[parts] = {};
@@ -139,9 +135,10 @@ SARFOCUS_MULTIVERSION LineMoments line_moments(const cfloat* line, const cdouble
     return sums<2>(line, rotation, n, slope, middle);
 }
 
-SARFOCUS_MULTIVERSION cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle) {
+SARFOCUS_MULTIVERSION cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle,
+                                       std::ptrdiff_t register_bytes) {
     if (slope != 0.0) return sums<0>(line, rotation, n, slope, middle).zeroth;
-    return sarfocus::detail::register_bytes == 64 ? plain_sum<8>(line, rotation, n) : plain_sum<4>(line, rotation, n);
+    return register_bytes == 64 ? plain_sum<8>(line, rotation, n) : plain_sum<4>(line, rotation, n);
 }
 
 SARFOCUS_MULTIVERSION void add_line(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle, double share,

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include <sarfocus/core/array_view.hpp>
+#include <sarfocus/core/multiversion.hpp>
 
 namespace sarfocus::autofocus::detail {
 
@@ -22,7 +23,9 @@ struct LinePower {
 [[nodiscard]] LinePower line_power(const cfloat* line, std::ptrdiff_t n);
 
 [[nodiscard]] LineMoments line_moments(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle);
-[[nodiscard]] cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle);
+/// The zeroth alone, with vectors of so many bytes; of other widths than the processor's it is the same, slower.
+[[nodiscard]] cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle,
+                               std::ptrdiff_t register_bytes = sarfocus::detail::register_bytes);
 
 /// sum[k] += gain line[k] exp(-j slope (k - middle)) and own[k] += share |line[k]|^2.
 void add_line(const cfloat* line, std::ptrdiff_t n, cdouble gain, double slope, double middle, double share, cdouble* sum, double* own);

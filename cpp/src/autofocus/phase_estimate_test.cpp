@@ -89,7 +89,8 @@ TEST(LineSums, AreThoseOfTheirDefinition) {
             EXPECT_LT(std::abs(moments.zeroth - zeroth), 1e-10 * root);
             EXPECT_LT(std::abs(moments.first - first), 1e-10 * root * half);
             EXPECT_LT(std::abs(moments.second - second), 1e-10 * root * half * half);
-            EXPECT_LT(std::abs(detail::line_sum(line.data(), rotation.data(), length, slope, middle) - zeroth), 1e-10 * root);
+            for (const std::ptrdiff_t bytes : {16, 32, 64})
+                EXPECT_LT(std::abs(detail::line_sum(line.data(), rotation.data(), length, slope, middle, bytes) - zeroth), 1e-10 * root);
         }
     }
 }

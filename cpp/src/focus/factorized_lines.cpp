@@ -10,13 +10,8 @@
 namespace sarfocus::focus::detail {
 namespace {
 
-// As wide as a register: the compiler takes wider vectors through memory.
 template <std::ptrdiff_t count>
-struct VectorOf {
-    using Type __attribute__((vector_size(count * sizeof(float)))) = float;
-};
-template <std::ptrdiff_t count>
-using Lanes = VectorOf<count>::Type;
+using Lanes = sarfocus::detail::VectorOf<float, count* static_cast<std::ptrdiff_t>(sizeof(float))>::Type;
 
 static_assert(BandKernel::most_taps == line_lanes);
 
@@ -171,9 +166,9 @@ SARFOCUS_INLINE void sample_all(const float* in_re, const float* in_im, const fl
 }  // namespace
 
 SARFOCUS_MULTIVERSION void shift_line(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t taps, float cosine,
-                                      float sine, float* out, std::ptrdiff_t width) {
-    if (sarfocus::detail::register_bytes == 64) return shift_all<16, 4>(in_re, in_im, weights, taps, cosine, sine, out, width);
-    if (sarfocus::detail::register_bytes == 32) return shift_all<8, 6>(in_re, in_im, weights, taps, cosine, sine, out, width);
+                                      float sine, float* out, std::ptrdiff_t width, std::ptrdiff_t register_bytes) {
+    if (register_bytes == 64) return shift_all<16, 4>(in_re, in_im, weights, taps, cosine, sine, out, width);
+    if (register_bytes == 32) return shift_all<8, 6>(in_re, in_im, weights, taps, cosine, sine, out, width);
     shift_all<4, 6>(in_re, in_im, weights, taps, cosine, sine, out, width);
 }
 
@@ -193,9 +188,10 @@ SARFOCUS_MULTIVERSION void turn_line(float* line, std::ptrdiff_t width, double s
     }
 }
 
-SARFOCUS_MULTIVERSION void add_lines(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out) {
-    if (sarfocus::detail::register_bytes == 64) return add_all<16, 8>(lines, floats, weights, count, out);
-    if (sarfocus::detail::register_bytes == 32) return add_all<8, 12>(lines, floats, weights, count, out);
+SARFOCUS_MULTIVERSION void add_lines(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out,
+                                     std::ptrdiff_t register_bytes) {
+    if (register_bytes == 64) return add_all<16, 8>(lines, floats, weights, count, out);
+    if (register_bytes == 32) return add_all<8, 12>(lines, floats, weights, count, out);
     add_all<4, 12>(lines, floats, weights, count, out);
 }
 
@@ -241,9 +237,9 @@ SARFOCUS_MULTIVERSION void add_rows(const RowTable& table, const RowTerms* terms
 }
 
 SARFOCUS_MULTIVERSION void sample_line(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t before,
-                                       const double* place, std::ptrdiff_t count, float* re, float* im) {
-    if (sarfocus::detail::register_bytes == 64) return sample_all<16>(in_re, in_im, weights, before, place, count, re, im);
-    if (sarfocus::detail::register_bytes == 32) return sample_all<8>(in_re, in_im, weights, before, place, count, re, im);
+                                       const double* place, std::ptrdiff_t count, float* re, float* im, std::ptrdiff_t register_bytes) {
+    if (register_bytes == 64) return sample_all<16>(in_re, in_im, weights, before, place, count, re, im);
+    if (register_bytes == 32) return sample_all<8>(in_re, in_im, weights, before, place, count, re, im);
     sample_all<4>(in_re, in_im, weights, before, place, count, re, im);
 }
 

@@ -4,7 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <sarfocus/core/multiversion.hpp>
+
 namespace sarfocus::focus::detail {
+
+// register_bytes: of the vectors that are used; other widths than that of the processor give the same, slower.
 
 constexpr std::ptrdiff_t line_lanes = 16;  ///< lengths of lines are multiples of it
 
@@ -16,13 +20,14 @@ constexpr std::ptrdiff_t line_lanes = 16;  ///< lengths of lines are multiples o
 
 /// out[i] = (cosine + j sine) sum_t weights[t] in[i + t], i < width.
 void shift_line(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t taps, float cosine, float sine, float* out,
-                std::ptrdiff_t width);
+                std::ptrdiff_t width, std::ptrdiff_t register_bytes = sarfocus::detail::register_bytes);
 
 /// line[i] *= exp(2 pi j (start + i * step)), cycles.
 void turn_line(float* line, std::ptrdiff_t width, double start, double step);
 
 /// out += sum_k weights[k] lines[k], k < count; every line `floats` long, and so far apart.
-void add_lines(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out);
+void add_lines(const float* lines, std::ptrdiff_t floats, const float* weights, std::ptrdiff_t count, float* out,
+               std::ptrdiff_t register_bytes = sarfocus::detail::register_bytes);
 
 /// (cosine, sine)[i] = exp(2 pi j cycles[i]).
 void phasors(const double* cycles, std::ptrdiff_t n, float* cosine, float* sine);
@@ -51,6 +56,6 @@ void add_rows(const RowTable& table, const RowTerms* terms, std::ptrdiff_t rows,
 
 /// For bins b < count: (re, im)[b] = the line at place[b], in samples, 0 <= place. weights: the table of a BandKernel with its taps.
 void sample_line(const float* in_re, const float* in_im, const float* weights, std::ptrdiff_t before, const double* place,
-                 std::ptrdiff_t count, float* re, float* im);
+                 std::ptrdiff_t count, float* re, float* im, std::ptrdiff_t register_bytes = sarfocus::detail::register_bytes);
 
 }  // namespace sarfocus::focus::detail

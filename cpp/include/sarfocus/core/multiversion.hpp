@@ -24,4 +24,9 @@ inline std::ptrdiff_t find_register_bytes() noexcept {
 
 inline const std::ptrdiff_t register_bytes = find_register_bytes();
 
+template <class Number, std::ptrdiff_t bytes>
+struct VectorOf {
+    using Type __attribute__((vector_size(bytes))) = Number;
+};
+
 }  // namespace sarfocus::detail
