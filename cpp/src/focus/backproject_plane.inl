@@ -26,13 +26,29 @@ struct alignas(64) PlaneTerms {
     float step[3][pulse_capacity];         // from row 0 to row 1
     float step_change[2][pulse_capacity];  // of that step from row 0 to row 1
     float bend_change[pulse_capacity];     // of that change from each row to the next, rad; 0 where a line does for the cubic
-    float even_first[pulse_capacity];      // phase of row 0 that a lane adds, where from row to row it adds the same,
-    float even_step[pulse_capacity];       // and that step
-    float uneven[pulse_capacity];          // rad, by which the phase then errs at most
+    float level_first[2][pulse_capacity];  // phase of row 0 beyond that of the tile's bend, and what a lane adds to it,
+    float level_step[2][pulse_capacity];   // and both from each row to the next
+    float tilt[2][pulse_capacity];         // what is left of the bend, rad, times x^2 - m^2 / 2 and x^3 - 3 m^2 x / 4,
+    float most_tilt[pulse_capacity];       // all of it at most,
+    float most_squint[pulse_capacity];     // and what the lanes add to it at most, rad
     double chunk[pulse_capacity];
     double error[pulse_capacity];    // rad, bound of the phase error
     double outside[pulse_capacity];  // bins between the tile and the record, where positive
     double beyond[pulse_capacity];   // bins by which the tile reaches beyond an end of the record, where positive
+};
+
+// How the range bends over the rows of a tile for one pulse in the midst of a group, x^2 (square + cube x + lane j), and so, but for
+// little, for all of them: the sums leave it out, and are turned by it when all pulses have been added.
+struct TileBend {
+    double square;
+    double cube;
+    double lane;
+};
+
+// Sums over the pixels of a tile.
+struct alignas(64) TileSums {
+    float re[TileShape::pixels];
+    float im[TileShape::pixels];
 };
 
 SARFOCUS_INLINE double dot(const double* a, const double* b) {
@@ -89,7 +105,8 @@ SARFOCUS_INLINE void add_range_series(const double (&antenna)[3][pulse_capacity]
 }
 
 // Where it is small, the cubic along the rows is replaced by the line that errs least, by a quarter of the cubic's value at the edge.
-SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile, const RangeSeries& series, PlaneTerms& terms) {
+SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile, const RangeSeries& series, const TileBend& bend,
+                                PlaneTerms& terms) {
     const double h = half_diagonal(tile);
     const double m = 0.5 * static_cast<double>(tile.rows - 1);
     const double bins = pulses.bins_per_metre;
@@ -144,11 +161,21 @@ SARFOCUS_INLINE void find_terms(const PulseGroup& pulses, const PlaneTile& tile,
         terms.step_change[0][p] = static_cast<float>((2.0 * c20 + 6.0 * (1.0 - m) * cubic) * cycles);
         terms.step_change[1][p] = static_cast<float>(2.0 * c21 * cycles);
         terms.bend_change[p] = static_cast<float>(6.0 * cubic * cycles * full_circle);
-        // c21 x^2 is taken for its middle value.
-        const double even = (c01 - m * c11 + 0.5 * m * m * c21) * cycles;
-        terms.even_first[p] = static_cast<float>(even - 2.0 * nearest_whole(0.5 * even));
-        terms.even_step[p] = static_cast<float>(c11 * cycles);
-        terms.uneven[p] = static_cast<float>(0.25 * (tile_lanes - 1) * m * m * magnitude(c21) * cycles * full_circle);
+        // What is left of the bend is taken for the line that errs least: a x^2 for its middle value, a x^3 for 3 m^2 / 4 times a x.
+        const double square = c20 - bend.square, cube = c30 - bend.cube, squint = c21 - bend.lane;
+        const double level_along = c10 + 0.75 * m * m * cube;
+        const double level = (series.c00[p] - m * level_along + 0.5 * m * m * square) * cycles;
+        const double level_lane = (c01 - m * c11 + 0.5 * m * m * squint) * cycles;
+        const double level_step = level_along * cycles;
+        terms.level_first[0][p] = static_cast<float>(level - nearest_whole(level));
+        terms.level_first[1][p] = static_cast<float>(level_lane - 2.0 * nearest_whole(0.5 * level_lane));
+        terms.level_step[0][p] = static_cast<float>(level_step - nearest_whole(level_step));
+        terms.level_step[1][p] = static_cast<float>(c11 * cycles);
+        const double radians = full_circle * cycles;
+        terms.tilt[0][p] = static_cast<float>(radians * square);
+        terms.tilt[1][p] = static_cast<float>(radians * cube);
+        terms.most_tilt[p] = static_cast<float>(radians * m * m * (0.5 * magnitude(square) + 0.25 * m * magnitude(cube)));
+        terms.most_squint[p] = static_cast<float>(radians * m * m * 0.25 * (tile_lanes - 1) * magnitude(squint));
     }
 }
 
@@ -249,7 +276,8 @@ SARFOCUS_INLINE void find_rows(const PulseGroup& pulses, const PlaneTile& tile, 
                 constexpr std::int32_t step = reach == Reach::single ? 1 : window_step;
                 const float low = place - 0.5f * (width - 1) * __builtin_fabsf(slope) + lowest;
                 const float block = reach == Reach::single ? nearest_whole(place + middle) : window_of(low);
-                rows.first[g][i] = clamped_place(begin + static_cast<std::int32_t>(block) * step, last);
+                const std::int32_t first = begin + static_cast<std::int32_t>(block) * step;
+                rows.first[g][i] = reach == Reach::single ? place_in_table(first) : clamped_place(first, last);
                 rows.place[g][i] = place - block * step;
             }
         }
@@ -279,12 +307,19 @@ SARFOCUS_INLINE LookUp<reach> look_up(const float* table, const RowPlaces& rows,
         return {table, first, bins_of<reach>(whole, first, last_bin)};
 }
 
-// Whether slope and step of the lanes may be those of the middle row in all rows.
-SARFOCUS_INLINE bool is_even(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
+// What the rows of a tile have in common: neither the bend of the phase nor the slope of the lanes, the first but for a small angle, the
+// first, or both.
+enum class Rows { own, tilted, level, even };
+
+SARFOCUS_INLINE Rows rows_of(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
     constexpr float negligible = static_cast<float>(0.5 * series_phase_error / radians_a_bin);  // bins
+    constexpr float small_angle = 0.014f;                                                       // rad, of which half the square is 1e-4
+    constexpr auto allowed = static_cast<float>(series_phase_error);
+    if (!(terms.most_tilt[p] + terms.most_squint[p] <= allowed))
+        return terms.most_tilt[p] <= small_angle && terms.most_squint[p] <= allowed ? Rows::tilted : Rows::own;
     const float m = 0.5f * last_row;
     const float change = m * (__builtin_fabsf(terms.slope[1][p]) + m * __builtin_fabsf(terms.slope[2][p]));
-    return 0.5f * (width - 1) * change <= negligible && terms.uneven[p] <= static_cast<float>(0.25 * series_phase_error);
+    return 0.5f * (width - 1) * change <= negligible ? Rows::even : Rows::level;
 }
 
 // Places of the lanes of a row, from that of their centre.
@@ -300,40 +335,34 @@ SARFOCUS_INLINE Floats lanes_of_group() {
     return load(numbers);
 }
 
-// The phases of the rows of one pulse, but for what the lanes add.
-struct alignas(64) RowPhases {
-    float re[tile_rows];
-    float im[tile_rows];
-};
-
-SARFOCUS_INLINE void find_row_phases(const PlaneTerms& terms, std::ptrdiff_t p, RowPhases& phases) {
-    const Floats first = broadcast(terms.first[0][p]), step = broadcast(terms.step[0][p]);
-    const float change = terms.step_change[0][p];
-    const float bend = static_cast<float>(1.0 / (3.0 * full_circle)) * terms.bend_change[p];
-    for (std::ptrdiff_t i = 0; i < tile_rows; i += width) {
-        const Floats row = lanes_of_group() + (static_cast<float>(i) + 0.5f * (width - 1));
-        const Complex phase = turn(first + row * (step + 0.5f * (row - 1.0f) * (change + (row - 2.0f) * bend)));
-        store(phases.re + i, phase.re);
-        store(phases.im + i, phase.im);
+// What is left of the bend in each row, rad.
+SARFOCUS_INLINE void find_tilts(const PlaneTerms& terms, std::ptrdiff_t p, float m, float* tilt) {
+    const float square = terms.tilt[0][p], cube = terms.tilt[1][p];
+#pragma omp simd
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(tile_rows); ++i) {
+        const float x = static_cast<float>(i) - m;
+        tilt[i] = square * (x * x - 0.5f * m * m) + cube * x * (x * x - 0.75f * m * m);
     }
 }
 
-// The sums of one pulse over all rows whose lanes differ alike. The phase is that of the row times that of the lane, which turns by the
-// same angle from row to row: the next is 2 cos(angle) times it, less the one before.
-template <Reach reach>
-void add_even_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, const LaneWeights* weights,
-                   float* re, float* im) {
+// The sums of one pulse over all rows, but for the bend of the tile. Without it the phase of a lane turns by the same angle from row to
+// row: the next is 2 cos(angle) times it, less the one before.
+template <Reach reach, Rows kind>
+void add_level_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, const LaneWeights* weights,
+                    float* re, float* im) {
+    constexpr bool even = kind == Rows::even;
     RowPlaces rows;
     find_rows<reach>(pulses, tile, terms, p, rows);
-    RowPhases row_phases;
-    find_row_phases(terms, p, row_phases);
+    alignas(64) float tilt[tile_rows];
+    if (kind == Rows::tilted) find_tilts(terms, p, 0.5f * static_cast<float>(tile.rows - 1), tilt);
     Floats across[lane_groups], twice[lane_groups];
     Complex first_phase[lane_groups], one_before[lane_groups];
     for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
         const Floats j = lanes_of_group() + group_centre(g);
-        across[g] = lanes_of_group() * terms.slope[0][p] + j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
-        first_phase[g] = turn(j * (terms.even_first[p] + j * (terms.first[2][p] + j * terms.first[3][p])));
-        const Complex step = turn(j * (terms.even_step[p] + j * terms.step[2][p]));
+        across[g] = j * j * (terms.bend[0][p] + j * terms.bend[1][p]);
+        if (even) across[g] += lanes_of_group() * terms.slope[0][p];
+        first_phase[g] = turn(terms.level_first[0][p] + j * (terms.level_first[1][p] + j * (terms.first[2][p] + j * terms.first[3][p])));
+        const Complex step = turn(terms.level_step[0][p] + j * (terms.level_step[1][p] + j * terms.step[2][p]));
         if (weights != nullptr) first_phase[g] = first_phase[g] * Complex{load(weights->re + g * width), load(weights->im + g * width)};
         one_before[g] = first_phase[g] * Complex{step.re, -step.im};
         twice[g] = 2.0f * step.re;
@@ -342,21 +371,55 @@ void add_even_rows(const PulseGroup& pulses, const PlaneTile& tile, const PlaneT
     const std::ptrdiff_t n_row = tile.rows;
     for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
         const auto add_row = [&](std::ptrdiff_t i, Complex phase) __attribute__((always_inline)) {
-            const Rounded at = lane_places<reach>(across[g] + rows.place[g][i]);
+            const Floats from_centre = even ? across[g] : lanes_of_group() * rows.slope[i] + across[g];
+            const Rounded at = lane_places<reach>(from_centre + rows.place[g][i]);
             const LookUp<reach> bins = look_up<reach>(table, rows, g, i, at.whole, pulses.n_bin - 1);
-            const Complex of_row{broadcast(row_phases.re[i]), broadcast(row_phases.im[i])};
             const std::ptrdiff_t k = i * tile_lanes + g * width;
-            add_product(re + k, im + k, interpolated(bins, at.rest), phase * of_row);
+            if (kind == Rows::tilted) phase = {phase.re - tilt[i] * phase.im, phase.im + tilt[i] * phase.re};
+            add_product(re + k, im + k, interpolated(bins, at.rest), phase);
         };
-        Complex even = first_phase[g], odd = one_before[g];
+        Complex even_row = first_phase[g], odd_row = one_before[g];
         std::ptrdiff_t i = 0;
         for (; i + 1 < n_row; i += 2) {
-            add_row(i, even);
-            odd = {twice[g] * even.re - odd.re, twice[g] * even.im - odd.im};
-            add_row(i + 1, odd);
-            even = {twice[g] * odd.re - even.re, twice[g] * odd.im - even.im};
+            add_row(i, even_row);
+            odd_row = {twice[g] * even_row.re - odd_row.re, twice[g] * even_row.im - odd_row.im};
+            add_row(i + 1, odd_row);
+            even_row = {twice[g] * odd_row.re - even_row.re, twice[g] * odd_row.im - even_row.im};
         }
-        if (i < n_row) add_row(i, even);
+        if (i < n_row) add_row(i, even_row);
+    }
+}
+
+// Adds the sums that leave out the bend of the tile, turned by it.
+SARFOCUS_INLINE void add_bent(const PulseGroup& pulses, const PlaneTile& tile, const TileBend& bend, const TileSums& level, float* re,
+                              float* im) {
+    constexpr double few_radians = 0.03;  // of which the third power may be left out
+    const double m = 0.5 * static_cast<double>(tile.rows - 1);
+    const double radians = full_circle * pulses.cycles_per_metre;
+    const bool small = radians * m * m * 0.5 * (tile_lanes - 1) * magnitude(bend.lane) <= few_radians;
+    alignas(64) float row_re[tile_rows], row_im[tile_rows], a_lane[tile_rows];
+    for (std::ptrdiff_t i = 0; i < tile_rows; i += width) {
+        alignas(64) float cycles[width];
+#pragma omp simd
+        for (std::int32_t l = 0; l < static_cast<std::int32_t>(width); ++l) {
+            const double x = static_cast<double>(static_cast<std::int32_t>(i) + l) - m;
+            const double of_row = pulses.cycles_per_metre * x * x * (bend.square + bend.cube * x);
+            cycles[l] = static_cast<float>(of_row - nearest_whole(of_row));
+            a_lane[i + l] = static_cast<float>(radians * x * x * bend.lane);
+        }
+        const Complex of_rows = turn(load(cycles));
+        store(row_re + i, of_rows.re);
+        store(row_im + i, of_rows.im);
+    }
+    for (std::ptrdiff_t i = 0; i < tile.rows; ++i) {
+        const Complex of_row{broadcast(row_re[i]), broadcast(row_im[i])};
+        for (std::ptrdiff_t g = 0; g < lane_groups; ++g) {
+            const std::ptrdiff_t k = i * tile_lanes + g * width;
+            const Floats angle = (lanes_of_group() + group_centre(g)) * a_lane[i];
+            const Complex of_lane =
+                small ? Complex{1.0f - 0.5f * angle * angle, angle} : turn(angle * static_cast<float>(1.0 / full_circle));
+            add_product(re + k, im + k, {load(level.re + k), load(level.im + k)}, of_row * of_lane);
+        }
     }
 }
 
@@ -519,30 +582,31 @@ SARFOCUS_INLINE Weighting find_weights(const PulseGroup& pulses, const PlaneTile
     return Weighting::by_lane;
 }
 
+// Adds a pulse to the sums that leave out the bend of the tile, where that errs little, and else to those that do not.
 template <Reach reach>
-SARFOCUS_INLINE void add_pulse_within(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
-                                      const LaneWeights* weights, float* re, float* im) {
-    if (is_even(terms, p, static_cast<float>(tile.rows - 1)))
-        add_even_rows<reach>(pulses, tile, terms, p, weights, re, im);
-    else
-        add_rows<reach>(pulses, tile, terms, p, weights, re, im);
+SARFOCUS_INLINE void add_pulse_within(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, Rows kind,
+                                      const LaneWeights* weights, TileSums& level, float* re, float* im) {
+    if (kind == Rows::even) return add_level_rows<reach, Rows::even>(pulses, tile, terms, p, weights, level.re, level.im);
+    if (kind == Rows::level) return add_level_rows<reach, Rows::level>(pulses, tile, terms, p, weights, level.re, level.im);
+    if (kind == Rows::tilted) return add_level_rows<reach, Rows::tilted>(pulses, tile, terms, p, weights, level.re, level.im);
+    add_rows<reach>(pulses, tile, terms, p, weights, re, im);
 }
 
-SARFOCUS_INLINE void add_pulse(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p,
-                               const LaneWeights* weights, float* re, float* im) {
+SARFOCUS_INLINE void add_pulse(const PulseGroup& pulses, const PlaneTile& tile, const PlaneTerms& terms, std::ptrdiff_t p, Rows kind,
+                               const LaneWeights* weights, TileSums& level, float* re, float* im) {
     const Reach reach = reach_of(terms, p, static_cast<float>(tile.rows - 1));
-    if (reach == Reach::single) return add_pulse_within<Reach::single>(pulses, tile, terms, p, weights, re, im);
+    if (reach == Reach::single) return add_pulse_within<Reach::single>(pulses, tile, terms, p, kind, weights, level, re, im);
     if constexpr (narrowest_window == Reach::close) {
-        if (reach == Reach::close) return add_pulse_within<Reach::close>(pulses, tile, terms, p, weights, re, im);
-        if (reach == Reach::halves) return add_pulse_within<Reach::halves>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::close) return add_pulse_within<Reach::close>(pulses, tile, terms, p, kind, weights, level, re, im);
+        if (reach == Reach::halves) return add_pulse_within<Reach::halves>(pulses, tile, terms, p, kind, weights, level, re, im);
     }
     if constexpr (widest_window != Reach::anywhere) {
-        if (reach == Reach::near) return add_pulse_within<Reach::near>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::near) return add_pulse_within<Reach::near>(pulses, tile, terms, p, kind, weights, level, re, im);
     }
     if constexpr (widest_window == Reach::far) {
-        if (reach == Reach::far) return add_pulse_within<Reach::far>(pulses, tile, terms, p, weights, re, im);
+        if (reach == Reach::far) return add_pulse_within<Reach::far>(pulses, tile, terms, p, kind, weights, level, re, im);
     }
-    add_pulse_within<Reach::anywhere>(pulses, tile, terms, p, weights, re, im);
+    add_pulse_within<Reach::anywhere>(pulses, tile, terms, p, kind, weights, level, re, im);
 }
 
 PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile& tile, const AspectTable* aspect, float* re, float* im) {
@@ -550,14 +614,18 @@ PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile&
     for (double& nearest : series.nearest) nearest = __builtin_inf();
     add_range_series(pulses.tx, pulses.monostatic ? 1.0 : 0.5, tile, series);
     if (!pulses.monostatic) add_range_series(pulses.rx, 0.5, tile, series);
+    const std::ptrdiff_t middle = pulses.count / 2;
+    const TileBend bend{series.c20[middle], series.c30[middle], series.c21[middle]};
     PlaneTerms terms;
-    find_terms(pulses, tile, series, terms);
+    find_terms(pulses, tile, series, bend, terms);
 
     DirectionSpan span;
     if (aspect != nullptr) find_aspects(pulses, tile, *aspect, series, span);
 
     PulseMask left = 0;
     LaneWeights weights;
+    TileSums level{};
+    bool any_level = false;
     for (std::ptrdiff_t p = 0; p < pulses.count; ++p) {
         const PulseMask bit = PulseMask{1} << p;
         if ((wanted & bit) == 0 || terms.outside[p] > 0.0) continue;
@@ -570,8 +638,11 @@ PulseMask add_plane(const PulseGroup& pulses, PulseMask wanted, const PlaneTile&
             if (weighting == Weighting::by_pixel) left |= bit;
             if (weighting != Weighting::by_lane) continue;
         }
-        add_pulse(pulses, tile, terms, p, aspect != nullptr ? &weights : nullptr, re, im);
+        const Rows kind = rows_of(terms, p, static_cast<float>(tile.rows - 1));
+        add_pulse(pulses, tile, terms, p, kind, aspect != nullptr ? &weights : nullptr, level, re, im);
+        any_level = any_level || kind != Rows::own;
     }
+    if (any_level) add_bent(pulses, tile, bend, level, re, im);
     return left;
 }
 
