@@ -314,9 +314,9 @@ enum class Rows { own, tilted, level, even };
 SARFOCUS_INLINE Rows rows_of(const PlaneTerms& terms, std::ptrdiff_t p, float last_row) {
     constexpr float negligible = static_cast<float>(0.5 * series_phase_error / radians_a_bin);  // bins
     constexpr float small_angle = 0.014f;                                                       // rad, of which half the square is 1e-4
-    constexpr auto allowed = static_cast<float>(series_phase_error);
-    if (!(terms.most_tilt[p] + terms.most_squint[p] <= allowed))
-        return terms.most_tilt[p] <= small_angle && terms.most_squint[p] <= allowed ? Rows::tilted : Rows::own;
+    constexpr auto allowed = static_cast<float>(0.25 * series_phase_error);
+    if (!(terms.most_squint[p] <= allowed && terms.most_tilt[p] <= small_angle)) return Rows::own;
+    if (terms.most_tilt[p] + terms.most_squint[p] > allowed) return Rows::tilted;
     const float m = 0.5f * last_row;
     const float change = m * (__builtin_fabsf(terms.slope[1][p]) + m * __builtin_fabsf(terms.slope[2][p]));
     return 0.5f * (width - 1) * change <= negligible ? Rows::even : Rows::level;

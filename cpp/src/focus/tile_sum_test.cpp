@@ -156,6 +156,20 @@ TEST(TileSum, PlaneGridsAtAnyDistance) {
         }
 }
 
+TEST(TileSum, PulsesCloseTogether) {
+    // As close as pulses follow one another, and farther apart: what the phase bends over a tile is the same for all pulses of a group,
+    // nearly so, or not. Seen abeam and from ahead, where the lanes share in the bend.
+    for (const auto& [distance, step] : {std::pair{100.0, 0.3}, std::pair{420.0, 0.3}, std::pair{5000.0, 0.3}, std::pair{5000.0, 2.1}})
+        for (const double ahead : {0.0, 0.4 * distance, 0.9 * distance})
+            for (const double angle : {0.0005, 0.002, 0.01}) {
+                const auto path = straight(distance, angle * distance);
+                const Pass pass(70, [&, ahead = ahead](double t) { return path(t) + Vector3{ahead, 0.0, 0.0}; });
+                expect_exact(pass, ground(step, step),
+                             std::to_string(distance) + " m, " + std::to_string(ahead) + " m ahead, " + std::to_string(angle) +
+                                 " rad to either side, steps of " + std::to_string(step));
+            }
+}
+
 TEST(TileSum, PointsAndPolarGrids) {
     for (const double distance : {100.0, 500.0, 5000.0})
         for (const Vector3& receiver : {Vector3{}, Vector3{0.1 * distance, 0.0, 0.0}}) {
