@@ -51,12 +51,12 @@ public:
     }
 
     // Log sharpness of the two halves of the stripes and of all.
-    [[nodiscard]] std::array<double, 3> log_sharpness(double ratio) const {
+    [[nodiscard]] std::array<double, 3> log_sharpness(double ratio) {
         std::array<HalfSums, 3> sums;
         for (std::size_t s = 0; s < stripes_.size(); ++s) {
-            Array<cfloat, 2> out(stripes_[s].extents());
-            correct_two_dimensional(stripes_[s], phase_, ratio, model_, out.view(), execution_);
-            for (const cfloat& sample : out) {
+            if (corrected_.extents() != stripes_[s].extents()) corrected_ = Array<cfloat, 2>(stripes_[s].extents());
+            correct_two_dimensional(stripes_[s], phase_, ratio, model_, corrected_.view(), execution_);
+            for (const cfloat& sample : corrected_) {
                 const double intensity = std::norm(cdouble(sample));
                 for (const std::size_t half : {s % 2, std::size_t{2}}) {
                     sums[half].power += intensity;
@@ -83,6 +83,7 @@ private:
     MigrationModel model_;
     const Execution& execution_;
     std::vector<ImageView> stripes_;
+    Array<cfloat, 2> corrected_;  // one stripe after the other
     double cells_ = 1.0;
 };
 
@@ -101,7 +102,7 @@ BandwidthRatio find_bandwidth_ratio(const ImageView& image, const std::vector<do
     const double whole = range_migration(phase, largest, model);
     BandwidthRatio out;
     if (whole < gates) return out;
-    const Stripes stripes(image, phase, model, execution);
+    Stripes stripes(image, phase, model, execution);
     if (!stripes.two_halves()) return out;
     const auto steps = static_cast<std::ptrdiff_t>(std::clamp(std::ceil(whole / gates), 4.0, 64.0));
     std::vector<double> ratios;

@@ -5,14 +5,12 @@
 #include <numeric>
 #include <utility>
 
-#include <omp.h>
-
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/complex_product.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/multiversion.hpp>
-#include <sarfocus/focus/gate_block.hpp>
 
+#include "gate_blocks.hpp"
 #include "gate_picture.hpp"
 #include "line_sums.hpp"
 #include "strip_lines.hpp"
@@ -22,24 +20,6 @@ namespace {
 
 constexpr std::ptrdiff_t gates_of_a_sum = 512;  // of which the sums stay in the first cache
 constexpr std::ptrdiff_t lines_of_a_gather = 64;
-
-// A block of gates for every thread, made when it first asks.
-class GateBlocks {
-public:
-    GateBlocks(std::ptrdiff_t gates, std::ptrdiff_t n, const Execution& execution)
-        : gates_(gates), n_(n), blocks_(at(resolve_threads(execution.threads))) {}
-
-    [[nodiscard]] focus::GateBlock& mine() {
-        auto& block = blocks_[at(omp_get_thread_num())];
-        if (!block) block = std::make_unique<focus::GateBlock>(gates_, n_);
-        return *block;
-    }
-
-private:
-    std::ptrdiff_t gates_;
-    std::ptrdiff_t n_;
-    std::vector<std::unique_ptr<focus::GateBlock>> blocks_;
-};
 
 // Sum of squared intensity of some gates, azimuth line after azimuth line.
 SARFOCUS_MULTIVERSION void add_squares(const cfloat* line, std::ptrdiff_t gates, double* sum) {

@@ -12,7 +12,7 @@ namespace {
 
 // The sanitisers watch what comes from operator new alone.
 #if (defined(__unix__) || defined(__APPLE__)) && !defined(__SANITIZE_ADDRESS__)
-constexpr std::size_t least_pages = std::size_t{2} << 20U;
+constexpr std::size_t least_pages = std::size_t{1} << 20U;
 
 void* map_pages(std::size_t bytes) {
     void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);

@@ -11,7 +11,7 @@ inline constexpr std::size_t memory_alignment = 64;
 
 namespace detail {
 
-/// Memory of zeros, aligned to memory_alignment. A block of 2 MiB or more comes from the system page by page as it is first touched, by
+/// Memory of zeros, aligned to memory_alignment. A block of 1 MiB or more comes from the system page by page as it is first touched, by
 /// whichever thread does, and goes back to it at once: what was large and is gone does not stay with the process. Throws std::bad_alloc.
 [[nodiscard]] SARFOCUS_API void* allocate_zeros(std::size_t bytes);
 /// bytes: as they were asked for.
