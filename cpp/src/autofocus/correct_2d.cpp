@@ -8,6 +8,7 @@
 #include <sarfocus/core/checks.hpp>
 #include <sarfocus/core/constants.hpp>
 #include <sarfocus/core/error.hpp>
+#include <sarfocus/core/multiversion.hpp>
 #include <sarfocus/fft/plan.hpp>
 #include <sarfocus/signal/phasor.hpp>
 
@@ -31,6 +32,20 @@ double between(const std::vector<double>& phase, double position) {
     const double c = value(k + 1);
     const double d = value(k + 2);
     return b + 0.5 * x * (c - a + x * (2.0 * a - 5.0 * b + 4.0 * c - d + x * (3.0 * (b - c) + d - a)));
+}
+
+// line[f] *= scale exp(2 pi j turns[f]).
+SARFOCUS_MULTIVERSION void turn(cfloat* line, const double* turns, std::ptrdiff_t m, float scale) {
+    auto* x = reinterpret_cast<float*>(line);
+    for (std::ptrdiff_t f = 0; f < m; ++f) {
+        float real = 0.0f;
+        float imag = 0.0f;
+        signal::unit_phasor(turns[f], real, imag);
+        const float re = scale * (x[2 * f] * real - x[2 * f + 1] * imag);
+        const float im = scale * (x[2 * f] * imag + x[2 * f + 1] * real);
+        x[2 * f] = re;
+        x[2 * f + 1] = im;
+    }
 }
 
 }  // namespace
@@ -74,11 +89,15 @@ void correct_two_dimensional(const ImageView& image, const std::vector<double>& 
     const float scale = 1.0f / (static_cast<float>(n) * static_cast<float>(m));
     const std::ptrdiff_t middle = n / 2;
     const auto u_middle = static_cast<double>(middle);
+    std::vector<double> frequency;  // 1 + y
+    for (std::ptrdiff_t f = 0; f < m; ++f)
+        frequency.push_back(1.0 + bandwidth_ratio * static_cast<double>(f < (m + 1) / 2 ? f : f - m) / static_cast<double>(m));
     constexpr std::ptrdiff_t rows = 8;  // whole cache lines of an image whose azimuth is contiguous
     parallel_for(execution, "correct", (n + rows - 1) / rows, [&](std::int64_t b) {
         const std::ptrdiff_t first = b * rows;
         const std::ptrdiff_t count = std::min(rows, n - first);
         Array<cfloat, 2> lines({count, (m + rows - 1) / rows * rows});  // every line aligned
+        std::vector<double> turns(frequency.size());
         for (std::ptrdiff_t j = 0; j < m; ++j)
             for (std::ptrdiff_t r = 0; r < count; ++r) lines(r, j) = corrected(first + r, j);
         for (std::ptrdiff_t r = 0; r < count; ++r) {
@@ -86,15 +105,12 @@ void correct_two_dimensional(const ImageView& image, const std::vector<double>& 
             const std::ptrdiff_t shifted = (first + r + middle) % n;
             const double u = static_cast<double>(shifted) - u_middle;
             forward.execute(line);
-            for (std::ptrdiff_t f = 0; f < m; ++f) {
-                const double y = bandwidth_ratio * static_cast<double>(f < (m + 1) / 2 ? f : f - m) / static_cast<double>(m);
-                const double value = model == MigrationModel::polar_format ? between(phase, u / (1.0 + y) + u_middle)
-                                                                           : phase[static_cast<std::size_t>(shifted)];
-                float real = 0.0f;
-                float imag = 0.0f;
-                signal::unit_phasor(-(1.0 + y) * value / two_pi, real, imag);
-                line[f] *= cfloat(scale * real, scale * imag);
+            const double value = phase[static_cast<std::size_t>(shifted)];
+            for (std::size_t f = 0; f < turns.size(); ++f) {
+                const double here = model == MigrationModel::polar_format ? between(phase, u / frequency[f] + u_middle) : value;
+                turns[f] = frequency[f] * (-here / two_pi);
             }
+            turn(line, turns.data(), m, scale);
             inverse.execute(line);
         }
         for (std::ptrdiff_t j = 0; j < m; ++j)

@@ -166,6 +166,34 @@ SARFOCUS_MULTIVERSION LinePower line_power(const cfloat* line, std::ptrdiff_t n)
     return out;
 }
 
+SARFOCUS_MULTIVERSION LineIntensity line_intensity(const cfloat* line, std::ptrdiff_t n) {
+    const auto* d = reinterpret_cast<const float*>(line);
+    const auto intensity = [d](std::ptrdiff_t k) {
+        const auto re = static_cast<double>(d[2 * k]);
+        const auto im = static_cast<double>(d[2 * k + 1]);
+        return re * re + im * im;
+    };
+    double sum[lanes] = {};
+    double square[lanes] = {};
+    const std::ptrdiff_t whole = n / lanes * lanes;
+    for (std::ptrdiff_t k = 0; k < whole; k += lanes)
+        for (std::ptrdiff_t l = 0; l < lanes; ++l) {
+            const double value = intensity(k + l);
+            sum[l] += value;
+            square[l] += value * value;
+        }
+    for (std::ptrdiff_t k = whole; k < n; ++k) {
+        sum[k - whole] += intensity(k);
+        square[k - whole] += intensity(k) * intensity(k);
+    }
+    LineIntensity out;
+    for (std::ptrdiff_t l = 0; l < lanes; ++l) {
+        out.sum += sum[l];
+        out.square += square[l];
+    }
+    return out;
+}
+
 SARFOCUS_MULTIVERSION void add_scatter(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, cdouble gain, double* scatter) {
     const auto* d = reinterpret_cast<const float*>(line);
     const auto* r = reinterpret_cast<const double*>(rotation);

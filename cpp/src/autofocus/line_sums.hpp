@@ -22,6 +22,12 @@ struct LinePower {
 };
 [[nodiscard]] LinePower line_power(const cfloat* line, std::ptrdiff_t n);
 
+struct LineIntensity {
+    double sum = 0.0;     ///< of |line[k]|^2
+    double square = 0.0;  ///< of |line[k]|^4
+};
+[[nodiscard]] LineIntensity line_intensity(const cfloat* line, std::ptrdiff_t n);
+
 [[nodiscard]] LineMoments line_moments(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle);
 /// The zeroth alone, with vectors of so many bytes; of other widths than the processor's it is the same, slower.
 [[nodiscard]] cdouble line_sum(const cfloat* line, const cdouble* rotation, std::ptrdiff_t n, double slope, double middle,

@@ -63,6 +63,15 @@ TEST(LineSums, AreThoseOfTheirDefinition) {
             line.emplace_back(static_cast<float>(normal(bits)), static_cast<float>(normal(bits)));
             rotation.push_back(std::polar(1.0, normal(bits)));
         }
+        double power = 0.0;
+        double square = 0.0;
+        for (const cfloat& sample : line) {
+            power += std::norm(cdouble(sample));
+            square += std::norm(cdouble(sample)) * std::norm(cdouble(sample));
+        }
+        const detail::LineIntensity intensity = detail::line_intensity(line.data(), length);
+        EXPECT_NEAR(intensity.sum, power, 1e-13 * power);
+        EXPECT_NEAR(intensity.square, square, 1e-13 * square);
         for (const double slope : {0.0, 0.3, -2.9}) {
             const double middle = 0.5 * static_cast<double>(length - 1);
             const cdouble gain(0.7, -1.3);
